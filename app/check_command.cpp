@@ -18,9 +18,9 @@
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/log_name.h"
 #include "datasets/logs/number_field.h"
-#include "reports/document/checked_logs.h"
-#include "reports/document/log_contents_report.h"
-#include "reports/document/log_gate.h"
+#include "reports/document/logs/checked_logs.h"
+#include "reports/document/logs/log_contents_report.h"
+#include "reports/document/logs/log_gate.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence::internal {

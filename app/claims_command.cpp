@@ -15,7 +15,7 @@
 #include "datasets/replay/carpark_findings.h"
 #include "datasets/replay/carpark_study.h"
 #include "datasets/replay/replay_settings.h"
-#include "reports/document/claims_report.h"
+#include "reports/document/checks/claims_report.h"
 
 namespace credence::internal {
 namespace {

@@ -11,7 +11,7 @@
 #include "app/standard_input.h"
 #include "app/stored_study.h"
 #include "app/tell.h"
-#include "reports/document/comparison_report.h"
+#include "reports/document/study/comparison_report.h"
 
 namespace credence::internal {
 namespace {

@@ -15,8 +15,8 @@
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/estimator_map_report.h"
-#include "reports/document/estimator_report.h"
+#include "reports/document/estimators/estimator_map_report.h"
+#include "reports/document/estimators/estimator_report.h"
 
 namespace credence::internal {
 namespace {

@@ -13,13 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/evidence/evidence_recorder.h"
+#include "analysis/evidence/sums/evidence_recorder.h"
 #include "app/run_arrays.h"
 #include "core/linear_algebra/mirror.h"
 #include "core/manifold/angle.h"
 #include "datasets/logs/ros/pose_bag.h"
 #include "montecarlo/scenario/scenario.h"
-#include "reports/document/run_log.h"
+#include "reports/document/study/run_log.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence::internal {

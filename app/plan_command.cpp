@@ -17,7 +17,7 @@
 #include "core/stop_point.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/plan_report.h"
+#include "reports/document/study/plan_report.h"
 
 namespace credence::internal {
 namespace {

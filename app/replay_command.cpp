@@ -14,8 +14,8 @@
 #include "datasets/replay/carpark_replay.h"
 #include "datasets/replay/carpark_study.h"
 #include "datasets/replay/mrclam_replay.h"
-#include "reports/document/carpark_study_report.h"
-#include "reports/document/replay_report.h"
+#include "reports/document/replay/carpark_study_report.h"
+#include "reports/document/replay/replay_report.h"
 
 namespace credence::internal {
 namespace {

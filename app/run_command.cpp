@@ -19,8 +19,8 @@
 #include "app/tell.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/study_report.h"
-#include "reports/document/trace_report.h"
+#include "reports/document/study/study_report.h"
+#include "reports/document/study/trace_report.h"
 
 namespace credence::internal {
 namespace {

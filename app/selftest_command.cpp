@@ -11,7 +11,7 @@
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/tell.h"
-#include "reports/document/selftest_report.h"
+#include "reports/document/checks/selftest_report.h"
 
 namespace credence::internal {
 namespace {

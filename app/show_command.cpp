@@ -11,9 +11,9 @@
 #include "app/stored_study.h"
 #include "app/tell.h"
 #include "reports/document/report_index.h"
-#include "reports/document/study_json.h"
-#include "reports/document/study_report.h"
-#include "reports/document/sweep_report.h"
+#include "reports/document/study/study_json.h"
+#include "reports/document/study/study_report.h"
+#include "reports/document/sweep/sweep_report.h"
 
 namespace credence::internal {
 namespace {

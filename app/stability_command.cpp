@@ -23,9 +23,9 @@
 #include "core/stop_point.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/planar_stability_report.h"
-#include "reports/document/planar_table_report.h"
-#include "reports/document/stability_report.h"
+#include "reports/document/stability/planar_stability_report.h"
+#include "reports/document/stability/stability_report.h"
+#include "reports/document/sweep/planar_table_report.h"
 
 namespace credence::internal {
 namespace {

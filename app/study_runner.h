@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/evidence_collect.h"
-#include "analysis/evidence/play_studies.h"
 #include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/sums/evidence_collect.h"
+#include "analysis/evidence/sums/play_studies.h"
 #include "app/common_options.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/engine/result_store.h"

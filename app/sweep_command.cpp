@@ -23,8 +23,8 @@
 #include "montecarlo/scenario/scenario_difference.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/shard_report.h"
-#include "reports/document/sweep_report.h"
+#include "reports/document/sweep/shard_report.h"
+#include "reports/document/sweep/sweep_report.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {

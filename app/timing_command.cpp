@@ -10,7 +10,7 @@
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/tell.h"
-#include "reports/document/timing_report.h"
+#include "reports/document/checks/timing_report.h"
 
 namespace credence::internal {
 namespace {

@@ -10,7 +10,7 @@
 #include "app/tune_command.h"
 #include "core/stop_point.h"
 #include "datasets/replay/replay_tuning.h"
-#include "reports/document/replay_tune_report.h"
+#include "reports/document/tuning/replay_tune_report.h"
 
 namespace credence::internal {
 namespace {

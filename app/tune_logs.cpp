@@ -8,7 +8,7 @@
 #include "datasets/logs/innovation_record.h"
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/log_name.h"
-#include "reports/document/log_tune_report.h"
+#include "reports/document/tuning/log_tune_report.h"
 
 namespace credence::internal {
 namespace {

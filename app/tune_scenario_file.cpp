@@ -10,7 +10,7 @@
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
-#include "reports/document/tune_report.h"
+#include "reports/document/tuning/tune_report.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence::internal {

@@ -9,7 +9,7 @@
 // A filter and a world of one's own, judged: judge_model, judge_filter, judge_experiment (docs/plugin.md).
 #include "montecarlo/worlds/plugged/function_bound.h"
 #include "montecarlo/worlds/plugged/function_ukf.h"
-#include "reports/document/judge_filter.h"
+#include "reports/document/judge/judge_filter.h"
 
 // A planar SLAM filter of one's own in the planar worlds of the scenarios (docs/own_filter.md).
 #include "montecarlo/worlds/planar/planar_experiment.h"
@@ -18,8 +18,8 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
-#include "reports/document/check_logs.h"
-#include "reports/document/judge_scenario.h"
+#include "reports/document/judge/judge_scenario.h"
+#include "reports/document/logs/check_logs.h"
 
 // Lie groups, their charts, P carried between charts, and an extended Kalman filter in any of them.
 #include "core/filters/chart_ekf.h"

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/evidence/play_studies.h"
 #include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/sums/play_studies.h"
 #include "analysis/evidence/sweep_analysis.h"
 #include "analysis/tuning/tune_scenario.h"
 #include "core/nan.h"
@@ -17,10 +17,10 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/judge_scenario.h"
-#include "reports/document/judged.h"
-#include "reports/document/sweep_report.h"
-#include "reports/document/tune_report.h"
+#include "reports/document/judge/judge_scenario.h"
+#include "reports/document/judge/judged.h"
+#include "reports/document/sweep/sweep_report.h"
+#include "reports/document/tuning/tune_report.h"
 
 namespace credence::internal {
 namespace {

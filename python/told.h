@@ -7,7 +7,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "reports/document/document.h"
-#include "reports/document/judged_filter.h"
+#include "reports/document/judge/judged_filter.h"
 
 namespace credence::internal {
 

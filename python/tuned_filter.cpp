@@ -8,7 +8,7 @@
 #include "analysis/tuning/black_box_score.h"
 #include "analysis/tuning/tuning.h"
 #include "core/nan.h"
-#include "reports/document/tuning_tables.h"
+#include "reports/document/tuning/tuning_tables.h"
 
 namespace py = pybind11;
 

@@ -7,10 +7,10 @@
 #include <map>
 #include <utility>
 
-#include "analysis/laws/chi_square.h"
-#include "analysis/laws/coverage.h"
-#include "analysis/laws/multiple_tests.h"
-#include "analysis/laws/run_mean.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/run_mean.h"
+#include "analysis/laws/shape/coverage.h"
 #include "core/nan.h"
 
 namespace credence::internal {

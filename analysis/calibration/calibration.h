@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "analysis/calibration/calibration_sums.h"
-#include "analysis/laws/student.h"
+#include "analysis/laws/mean/student.h"
 #include "core/nan.h"
 
 /// @file

@@ -6,9 +6,9 @@
 #include <span>
 #include <utility>
 
-#include "analysis/laws/chi_square.h"
-#include "analysis/laws/effective_sample.h"
-#include "analysis/laws/thinned_series.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/correlation/thinned_series.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "core/linear_algebra/squared_norm.h"
 #include "core/record/take_block.h"
 

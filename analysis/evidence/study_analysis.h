@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/consistency.h"
-#include "analysis/evidence/evidence_collect.h"
-#include "analysis/evidence/judgement.h"
-#include "analysis/evidence/sequential.h"
+#include "analysis/evidence/sequential/sequential.h"
+#include "analysis/evidence/sums/evidence_collect.h"
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/evidence/verdicts/judgement.h"
 #include "analysis/stability/exact_moments.h"
 #include "core/types.h"
 #include "montecarlo/engine/engine.h"

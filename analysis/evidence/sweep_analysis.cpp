@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/joint/multiple_tests.h"
 #include "montecarlo/scenario/scenario_text.h"
 
 namespace credence::internal {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "analysis/laws/student.h"
+#include "analysis/laws/mean/student.h"
 
 namespace credence::internal {
 

@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "analysis/laws/chi_square.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/require.h"
-#include "analysis/laws/run_mean.h"
 
 namespace credence::internal {
 namespace {

@@ -9,11 +9,11 @@
 #include <optional>
 #include <stdexcept>
 
-#include "analysis/evidence/accuracy.h"
-#include "analysis/laws/hall_score.h"
-#include "analysis/laws/multiple_tests.h"
-#include "analysis/laws/run_mean.h"
-#include "analysis/laws/student_positive_mean.h"
+#include "analysis/evidence/verdicts/accuracy.h"
+#include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/hall_score.h"
+#include "analysis/laws/mean/run_mean.h"
+#include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
 #include "core/nan.h"
 #include "core/stop_point.h"
@@ -210,11 +210,13 @@ Band band_of(std::vector<Value>& values) {
   return band;
 }
 
-/// The mean of squared errors may be as far above as either score lets it: the cube root alone is short there.
+/// The mean of squared errors may be as far above as either score lets it: the cube root alone is short
+/// there.
 MeanInterval mean_square_interval(const SkewedMoments& squares, double confidence) {
-  MeanInterval interval = positive_mean_interval(
-      {.count = squares.count, .mean = squares.mean, .m2 = squares.m2}, confidence);
-  if (interval.reason.empty()) interval.upper = std::max(interval.upper, hall_interval(squares, confidence).upper);
+  MeanInterval interval =
+      positive_mean_interval({.count = squares.count, .mean = squares.mean, .m2 = squares.m2}, confidence);
+  if (interval.reason.empty())
+    interval.upper = std::max(interval.upper, hall_interval(squares, confidence).upper);
   return interval;
 }
 

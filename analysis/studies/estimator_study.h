@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/laws/student.h"
+#include "analysis/laws/mean/student.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/scenario/scenario.h"

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/joint/multiple_tests.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence::internal {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/advice_cause.h"
-#include "analysis/evidence/judgement.h"
-#include "analysis/laws/coverage.h"
-#include "analysis/laws/student.h"
+#include "analysis/evidence/causes/advice_cause.h"
+#include "analysis/evidence/verdicts/judgement.h"
+#include "analysis/laws/mean/student.h"
+#include "analysis/laws/shape/coverage.h"
 
 /// @file
 /// Calibration is the proof: every test that the product makes, on exact and on deliberately wrong synthetic

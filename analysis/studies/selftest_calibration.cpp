@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/laws/chi_square.h"
+#include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/studies/selftest_families.h"
 #include "analysis/studies/selftest_study.h"
 #include "analysis/studies/selftest_tests.h"

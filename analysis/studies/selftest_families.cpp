@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/evidence/word.h"
-#include "analysis/laws/betting_e_value.h"
-#include "analysis/laws/effective_sample.h"
-#include "analysis/laws/multiple_tests.h"
+#include "analysis/evidence/verdicts/word.h"
+#include "analysis/laws/joint/betting_e_value.h"
+#include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
 
 namespace credence::internal {

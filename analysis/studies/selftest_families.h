@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/evidence/sequential.h"
+#include "analysis/evidence/sequential/sequential.h"
 #include "analysis/studies/selftest_filter.h"
 
 /// @file

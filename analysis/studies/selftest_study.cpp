@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "analysis/evidence/evidence_recorder.h"
-#include "analysis/laws/chi_square.h"
+#include "analysis/evidence/sums/evidence_recorder.h"
+#include "analysis/laws/chi_square/chi_square.h"
 
 namespace credence::internal {
 namespace {

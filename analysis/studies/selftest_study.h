@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "analysis/calibration/calibration_sums.h"
-#include "analysis/evidence/evidence.h"
+#include "analysis/evidence/sums/evidence.h"
 #include "analysis/studies/selftest_filter.h"
 
 namespace credence::internal {

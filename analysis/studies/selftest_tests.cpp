@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/evidence/sequential_e_value.h"
-#include "analysis/laws/betting_e_value.h"
+#include "analysis/evidence/sequential/sequential_e_value.h"
+#include "analysis/laws/joint/betting_e_value.h"
 #include "core/nan.h"
 
 namespace credence::internal {

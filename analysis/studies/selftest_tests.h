@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "analysis/calibration/calibration.h"
-#include "analysis/evidence/judgement.h"
+#include "analysis/evidence/verdicts/judgement.h"
 #include "montecarlo/engine/byte_stream.h"
 
 namespace credence::internal {

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/evidence/effective_steps.h"
-#include "analysis/evidence/evidence_collect.h"
 #include "analysis/evidence/study_analysis.h"
-#include "analysis/evidence/word.h"
-#include "analysis/laws/effective_sample.h"
-#include "analysis/laws/hall_score.h"
+#include "analysis/evidence/sums/effective_steps.h"
+#include "analysis/evidence/sums/evidence_collect.h"
+#include "analysis/evidence/verdicts/word.h"
+#include "analysis/laws/mean/effective_sample.h"
+#include "analysis/laws/mean/hall_score.h"
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"

@@ -10,8 +10,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "analysis/laws/chi_square.h"
-#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/joint/multiple_tests.h"
 
 namespace credence::internal {
 namespace {

@@ -9,7 +9,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "analysis/laws/chi_square.h"
+#include "analysis/laws/chi_square/chi_square.h"
 #include "core/linear_algebra/cholesky.h"
 
 namespace credence::internal {

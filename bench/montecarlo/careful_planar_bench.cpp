@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "analysis/evidence/evidence_collect.h"
+#include "analysis/evidence/sums/evidence_collect.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 #include "montecarlo/engine/engine.h"

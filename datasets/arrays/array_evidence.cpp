@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "analysis/evidence/evidence_recorder.h"
+#include "analysis/evidence/sums/evidence_recorder.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
 #include "datasets/arrays/array_reader.h"

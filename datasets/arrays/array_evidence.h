@@ -3,7 +3,7 @@
 #include <atomic>
 
 #include "analysis/calibration/calibration_sums.h"
-#include "analysis/evidence/evidence.h"
+#include "analysis/evidence/sums/evidence.h"
 #include "datasets/arrays/array_runs.h"
 
 namespace credence::internal {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "analysis/calibration/calibration_sums.h"
-#include "analysis/evidence/evidence_recorder.h"
-#include "analysis/evidence/step_times.h"
+#include "analysis/evidence/sums/evidence_recorder.h"
+#include "analysis/evidence/verdicts/step_times.h"
 #include "datasets/logs/log_sink.h"
 
 namespace credence::internal {

@@ -9,8 +9,8 @@
 #include <limits>
 #include <optional>
 
-#include "analysis/laws/effective_sample.h"
-#include "analysis/laws/student.h"
+#include "analysis/laws/mean/effective_sample.h"
+#include "analysis/laws/mean/student.h"
 #include "montecarlo/engine/moments.h"
 
 namespace credence::internal {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/recorded_run.h"
+#include "analysis/evidence/sums/recorded_run.h"
 #include "analysis/tuning/black_box_score.h"
 #include "analysis/tuning/tuning.h"
 #include "datasets/replay/carpark.h"

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/manifold/angle.h"
-#include "reports/document/calibration_report.h"
-#include "reports/document/log_table.h"
+#include "reports/document/logs/log_table.h"
+#include "reports/document/study/calibration_report.h"
 #include "reports/figures/step_axis.h"
 #include "reports/figures/study_figures.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/document/log_report.h"
+#include "reports/document/logs/log_report.h"
 #include "reports/figures/figure.h"
 
 namespace credence::internal {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "analysis/evidence/step_times.h"
+#include "analysis/evidence/verdicts/step_times.h"
 
 /// @file
 /// The abscissa of what is shown by step: time where the runs tell it, else the number of the step.

@@ -11,7 +11,7 @@
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/judgement_report.h"
+#include "reports/document/study/judgement_report.h"
 #include "reports/figures/step_axis.h"
 
 namespace credence::internal {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/laws/chi_square.h"
+#include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/tuning/score_shape.h"
 
 namespace credence::internal {

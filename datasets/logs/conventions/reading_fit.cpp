@@ -8,9 +8,9 @@
 #include <limits>
 #include <numeric>
 
-#include "analysis/laws/chi_square.h"
-#include "analysis/laws/effective_sample.h"
-#include "analysis/laws/student_positive_mean.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/mean/effective_sample.h"
+#include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/laws/ten_stretches.h"
 #include "core/linear_algebra/logarithm.h"
 #include "core/linear_algebra/small_cholesky.h"

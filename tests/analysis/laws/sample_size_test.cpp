@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/consistency.h"
-#include "analysis/laws/run_mean.h"
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/laws/mean/run_mean.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence::internal {

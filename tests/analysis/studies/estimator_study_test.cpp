@@ -8,7 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/joint/multiple_tests.h"
 #include "core/filters/estimators/estimators.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/paths.h"

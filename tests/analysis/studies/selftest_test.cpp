@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "analysis/laws/effective_sample.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
 
 namespace credence::internal {

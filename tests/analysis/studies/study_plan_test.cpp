@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/evidence/consistency.h"
-#include "analysis/evidence/effective_steps.h"
 #include "analysis/evidence/study_analysis.h"
-#include "analysis/laws/effective_sample.h"
+#include "analysis/evidence/sums/effective_steps.h"
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
 #include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/worlds/registry.h"

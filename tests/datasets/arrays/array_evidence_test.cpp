@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "analysis/evidence/evidence_recorder.h"
+#include "analysis/evidence/sums/evidence_recorder.h"
 #include "core/manifold/angle.h"
 #include "montecarlo/random/noise.h"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <random>
 
-#include "analysis/evidence/judgement.h"
+#include "analysis/evidence/verdicts/judgement.h"
 #include "core/manifold/sek3.h"
 #include "datasets/logs/arrays/npz_writer.h"
 #include "datasets/logs/judge_logs.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "analysis/calibration/calibration.h"
-#include "analysis/evidence/judgement.h"
+#include "analysis/evidence/verdicts/judgement.h"
 #include "datasets/logs/filter_log.h"
 #include "tests/temporary_folder.h"
 

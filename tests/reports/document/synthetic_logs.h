@@ -1,7 +1,7 @@
 #pragma once
 
 #include "analysis/studies/selftest_study.h"
-#include "reports/document/log_report.h"
+#include "reports/document/logs/log_report.h"
 
 namespace credence::internal {
 

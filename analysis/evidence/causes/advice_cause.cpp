@@ -1,0 +1,112 @@
+#include "analysis/evidence/causes/advice_cause.h"
+
+#include "analysis/evidence/causes/cause_rules.h"
+
+namespace credence::internal {
+namespace {
+
+struct CauseRule {
+  Causes (*find)(const Findings&);
+  /// Whether it is asked only where no rule before it has named a cause.
+  bool alone;
+};
+
+// In the order in which they are asked: what no covariance mends, what stands beside other causes, then what
+// each takes for granted that those before it were not.
+constexpr CauseRule kRules[] = {
+    {find_rejected_innovations, false},
+    {find_runs_that_are_lost, true},
+    {find_unwrapped_angle, false},
+    {find_wide_angle, false},
+    {find_outliers, false},
+    {find_heavy_tails, true},
+    {find_gate, false},
+    {find_sequential_sensors, false},
+    {find_late_measurements, false},
+    {find_bias, true},
+    {find_inflation, false},
+    {find_dropped_cross_covariance, true},
+    {find_wrong_before_innovations, true},
+    {find_wrong_first_innovation, true},
+    {find_coloured_noise, true},
+    {find_wrong_first_step, true},
+    {find_start_that_dies_out, true},
+    {find_start_beside_the_rest, true},
+    {find_wrong_noise, true},
+    {find_linearisation, true},
+    {find_wrong_dof, true},
+    {find_noise_by_errors, true},
+    {find_joint_inconsistency, true},
+    {find_scale, true},
+    {find_rejection_beside, false},
+};
+
+}  // namespace
+
+std::string_view to_string(Cause cause) {
+  switch (cause) {
+    case Cause::lost_runs:
+      return "a filter that loses its way in a few runs";
+    case Cause::unwrapped_angle:
+      return "an angle that is not wrapped";
+    case Cause::wide_angle:
+      return "an angle too uncertain for a Gaussian law";
+    case Cause::outliers:
+      return "outliers, such as wrong associations";
+    case Cause::gated_innovations:
+      return "innovations that had to pass a gate";
+    case Cause::late_measurements:
+      return "measurements that arrive late, or a truth that is ahead";
+    case Cause::bias:
+      return "a bias of the sensor or of the model";
+    case Cause::initial_covariance:
+      return "the initial covariance";
+    case Cause::initial_covariance_or_process_noise:
+      return "the initial covariance or process noise; the errors before the first innovation cannot tell "
+             "which";
+    case Cause::nonlinear_start:
+      return "the linearisation at so uncertain a start";
+    case Cause::process_noise_too_small:
+      return "process noise Q assumed too small";
+    case Cause::process_noise_too_large:
+      return "process noise Q assumed too large";
+    case Cause::measurement_noise_too_small:
+      return "measurement noise R assumed too small";
+    case Cause::measurement_noise_too_large:
+      return "measurement noise R assumed too large";
+    case Cause::process_or_measurement_noise:
+      return "process or measurement noise; the innovations cannot tell which";
+    case Cause::coloured_noise:
+      return "noise that is correlated in time";
+    case Cause::cross_covariance:
+      return "cross-covariances between the blocks";
+    case Cause::sequential_sensors:
+      return "innovations of several sensors that were all computed from the same prior";
+    case Cause::heavy_tails:
+      return "errors that are not Gaussian, with heavy tails; the covariance is right";
+    case Cause::wrong_dof:
+      return "a wrong number of degrees of freedom";
+    case Cause::linearisation:
+      return "the filter's linearisation at its own estimates, which makes unobservable directions look "
+             "observable";
+    case Cause::process_noise_or_linearisation:
+      return "process noise Q assumed too small, or the linearisation of the motion";
+    case Cause::covariance_scale:
+      return "the scale of the covariance";
+    case Cause::inflation:
+      return "the deliberate inflation of the covariance";
+  }
+  return "unknown";
+}
+
+std::vector<CauseFound> find_causes(const Findings& findings) {
+  std::vector<CauseFound> found;
+  for (const auto& [find, alone] : kRules) {
+    if (alone && !found.empty()) continue;
+    const Causes more = find(findings);
+    found.insert(found.end(), more.begin(), more.end());
+  }
+  return found;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/evidence/causes/cause_findings.h"
+
+namespace credence::internal {
+
+/// What a wrong filter most likely has wrong.
+enum class Cause {
+  lost_runs,                            ///< a few runs are wrong, and the others are not
+  unwrapped_angle,                      ///< an innovation of an angle beyond half a turn
+  wide_angle,                           ///< an angle so uncertain that its wrapped error is not Gaussian
+  outliers,                             ///< a few innovations or errors beyond any law: a wrong match
+  gated_innovations,                    ///< NIS is cut off at a gate
+  late_measurements,                    ///< the estimate lags behind the truth by a time
+  bias,                                 ///< the innovations have a mean, or the errors
+  initial_covariance,                   ///< only the first steps are inconsistent
+  initial_covariance_or_process_noise,  ///< errors before the first innovation are, and cannot tell which
+  nonlinear_start,  ///< only they are, but for the very first: P0 is right, the linearisation there is not
+  process_noise_too_small,
+  process_noise_too_large,
+  measurement_noise_too_small,
+  measurement_noise_too_large,
+  process_or_measurement_noise,  ///< one of them; the innovations cannot tell which
+  coloured_noise,                ///< innovations of the right size but not white
+  cross_covariance,  ///< where P has none errors are correlated, or no block is inconsistent and the whole is
+  sequential_sensors,              ///< innovations of several sensors, all taken against one prior
+  heavy_tails,                     ///< the covariance is right, the law is not Gaussian
+  wrong_dof,                       ///< the spread of NEES is that of another number of dof
+  linearisation,                   ///< a nonlinear filter gains information that is not there
+  process_noise_or_linearisation,  ///< steps without an innovation make the errors too large for P
+  covariance_scale,                ///< P is wrong by a factor, and nothing tells why
+  inflation,                       ///< the filter inflates its covariance on purpose
+};
+
+/// The cause in words.
+std::string_view to_string(Cause cause);
+
+/// A cause with its reason, the numbers included.
+struct CauseFound {
+  Cause cause = Cause::covariance_scale;
+  std::string why;
+};
+
+/// The causes that the findings point to, the most specific first, by the rules of cause_rules.h in their
+/// order; empty for a consistent filter but for chance. A hint: signatures that are tests of their own have
+/// the false-alarm rate (1 − confidence)/15 each.
+std::vector<CauseFound> find_causes(const Findings& findings);
+
+}  // namespace credence::internal

@@ -1,0 +1,214 @@
+#include "analysis/evidence/causes/cause_findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+
+#include "analysis/evidence/verdicts/judgement_tests.h"
+#include "analysis/evidence/verdicts/series_verdicts.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/mean/student.h"
+#include "analysis/laws/shape/second_moments.h"
+
+namespace credence::internal {
+namespace {
+
+/// NIS of one dimension that ends where the law of χ², scaled to its mean, has many values left. No factor on
+/// S does that, at a probability of 2e-9, but a gate does, whatever the scale.
+std::optional<Findings::CutOff> cut_off_of(const SensorSums& sums, const SensorJudgement& s) {
+  constexpr double kFewest = 20.0;
+  if (sums.by_dimension.size() != 1 || s.nis.verdict != Verdict::pessimistic) return std::nullopt;
+  const auto& [dim, values] = *sums.by_dimension.begin();
+  const auto dof = static_cast<double>(dim);
+  const double scale = values.value.mean / dof;
+  if (!(scale > 0.0)) return std::nullopt;
+  const double expected =
+      static_cast<double>(values.value.count) * chi_square_survival(sums.largest_nis / scale, dof);
+  if (!(expected >= kFewest)) return std::nullopt;
+  return Findings::CutOff{sums.largest_nis, expected};
+}
+
+/// What speaks of one sensor.
+void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
+  // A correlation of NIS does not tell by its sign what causes it.
+  const bool not_white = !sums.sensor.nis_alone && speaks(j, of_sensor(kWhiteness, s));
+  if (not_white || (!f.whiteness && !sums.sensor.nis_alone)) f.whiteness = s.whiteness;
+  f.not_white = f.not_white || not_white;
+  if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
+  if (s.gate) f.gate = s.gate;
+  if (!s.gate) f.cut_off = cut_off_of(sums, s);
+  if (!f.rejection) f.rejection = find_gate_rejection(sums.changes);
+  if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
+  f.fit = s.fit;
+  f.far_tail = sums.far_tail;
+}
+
+/// A verdict that the word has taken back when it joined all says nothing of a cause.
+void take_back(const Word& word, ConsistencyVerdict& verdict) {
+  if (!is_inconsistent(word.verdict) && is_inconsistent(verdict.verdict))
+    verdict.verdict = Verdict::consistent;
+}
+
+Findings::GrossOutliers gross_outliers_of(const Evidence& e) {
+  Findings::GrossOutliers gross;
+  std::int64_t early = 0, all = 0;
+  const std::size_t steps = e.study.steps.size();
+  for (std::size_t k = 0; k < steps; ++k) {
+    const std::int64_t values = e.study.steps[k][Quantity::nis].count;
+    const std::int64_t clean = k < e.clean_nis.size() ? e.clean_nis[k].value.count : 0;
+    all += values;
+    gross.all += values - clean;
+    if (k < steps / 5) {
+      early += values;
+      gross.early += values - clean;
+    } else if (k >= steps / 2) {
+      gross.late.merge({.inside = clean, .total = values});
+    }
+  }
+  gross.early_share = all > 0 ? static_cast<double>(early) / static_cast<double>(all) : 0.0;
+  return gross;
+}
+
+/// Of the step before the first innovation of any run; empty where the first step has one, or of a map, whose
+/// landmarks begin with measurements that make no innovation.
+Moments nees_before_innovations(const Evidence& e) {
+  const auto& steps = e.study.steps;
+  const auto first =
+      std::ranges::find_if(steps, [](const StepStatistics& step) { return step[Quantity::nis].count > 0; });
+  const bool of_map = std::ranges::any_of(
+      e.blocks, [](const BlockSums& b) { return b.part == Part::landmark || b.part == Part::map; });
+  if (of_map || first == steps.begin() || first == steps.end()) return {};
+  return (*std::prev(first))[Quantity::nees];
+}
+
+void add_growth(const Evidence& e, Findings& f) {
+  const auto& steps = e.study.steps;
+  if (e.step_stride > 1) return;
+  const auto speaks_at = [](const StepStatistics& step) { return step[Quantity::nis].count > 0; };
+  const auto before = static_cast<std::size_t>(std::ranges::find_if(steps, speaks_at) - steps.begin());
+  for (const std::vector<double>& nees : e.whole_runs.nees) {
+    if (nees.size() != steps.size()) continue;
+    double without = 0.0, with = 0.0, mean = 0.0;
+    for (std::size_t k = 0; k < before; ++k) mean += nees[k] / static_cast<double>(before);
+    if (f.nees_before_innovations.count > 0) f.nees_of_runs_before_innovations.add(mean);
+    for (std::size_t k = 1; k < nees.size(); ++k) {
+      (speaks_at(steps[k]) ? with : without) += nees[k] - nees[k - 1];
+      if (k + 1 == before) f.growth_before_innovations.add(without);
+    }
+    f.growth_without_innovations.add(without);
+    f.growth_with_innovations.add(with);
+  }
+}
+
+/// Of each state of the layout, how many of those before it P claims to be uncorrelated with it, or with its
+/// block, at every step of every run: there u = L⁻¹ e, P = L Lᵀ, has of the block the errors of it alone,
+/// |u|² its NEES.
+std::vector<Index> claimed_uncorrelated(const Evidence& e) {
+  constexpr double kRounding = 1e-9;
+  const std::vector<SkewedMoments>& along = e.law.second_moments.along();
+  std::vector<Index> before(e.layout.states.size(), 0);
+  for (std::size_t p = 0; p < before.size(); ++p) {
+    if (!e.law.correlated[p]) before[p] = static_cast<Index>(p);
+  }
+  for (const Block& block : e.layout.blocks) {
+    const auto sums = std::ranges::find(e.blocks, block.name, &BlockSums::name);
+    if (sums == e.blocks.end() || block.states.empty()) continue;
+    const double nees = static_cast<double>(block.states.size()) * sums->runs.moments.mean;
+    double whitened = 0.0;  // along e_p, which is the direction p²
+    for (const Index p : block.states) whitened += along[static_cast<std::size_t>(p * p)].mean;
+    if (!(std::abs(whitened - nees) <= kRounding * nees)) continue;
+    const Index first = std::ranges::min(block.states);
+    for (const Index p : block.states) {
+      Index& count = before[static_cast<std::size_t>(p)];
+      count = std::max(count, first);
+    }
+  }
+  return before;
+}
+
+/// Whether errors that P claims to be uncorrelated are, over all steps of the runs: of A_pq, the average of
+/// u_p u_q over a run, which is half the difference of those along (e_p ± e_q)/√2. These two do not vary
+/// against each other where u_p and u_q are independent, so that their variances add up to one that is no
+/// less; Student's t, Bonferroni over the pairs. None where P claims no such thing; a reason for a state too
+/// large for A, or too few runs.
+std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e) {
+  constexpr std::int64_t kFewestRuns = 10;
+  const SecondMoments& second = e.law.second_moments;
+  if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
+  ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
+  static_assert(LawSums::kLargestAveraged == 24);
+  if (std::ssize(e.layout.states) > LawSums::kLargestAveraged) result.reason = "more than 24 states";
+  if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs";
+  if (!result.reason.empty()) {
+    result.p_value = kNaN;
+    return result;
+  }
+  if (!e.law.averaged.empty() || second.dim() != std::ssize(e.layout.states)) return std::nullopt;
+  if (e.law.correlated.size() != e.layout.states.size()) return std::nullopt;
+  const std::vector<Index> before = claimed_uncorrelated(e);
+  const std::vector<SecondMomentDirection> directions = second_moment_directions(second.dim());
+  const auto runs = static_cast<double>(second.runs());
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const auto& [p, q, sign] = directions[i];
+    if (sign <= 0 || q >= before[static_cast<std::size_t>(p)]) continue;
+    const SkewedMoments &sum = second.along()[i], &difference = second.along()[i + 1];
+    const double covariance = 0.5 * (sum.mean - difference.mean);
+    const double variance = 0.25 * (sum.m2 + difference.m2) / (runs - 1.0);
+    if (!(variance > 0.0)) continue;
+    const double squares = second.along()[static_cast<std::size_t>(p * p)].mean *
+                           second.along()[static_cast<std::size_t>(q * q)].mean;
+    result.dof += 1.0;
+    result.largest = std::max(result.largest, std::abs(covariance) / std::sqrt(squares));
+    const double t = covariance / std::sqrt(variance / runs);
+    result.p_value = std::min(result.p_value, student_two_sided_p_value(t, runs - 1.0));
+  }
+  if (result.dof == 0.0) return std::nullopt;
+  result.p_value = std::min(1.0, result.dof * result.p_value);
+  return result;
+}
+
+}  // namespace
+
+Findings findings_of(const Evidence& e, const Judgement& j) {
+  Findings findings{.nees = j.nees, .nis = j.nis};
+  take_back(j.word, findings.nees);
+  take_back(j.word, findings.nis);
+  findings.inflated = e.layout.inflated;
+  Moments share;
+  for (std::size_t i = 0; i < j.sensors.size(); ++i) {
+    add_sensor_findings(e.sensors[i], j.sensors[i], j, findings);
+    findings.unwrapped_innovations += e.sensors[i].unwrapped;
+    share.merge(e.sensors[i].measurement_share);
+  }
+  findings.far_tail_probability = SensorSums::kFarTail;
+  findings.gross_outliers = gross_outliers_of(e);
+  if (findings.far_tail && findings.gross_outliers.all > 0) {  // which only outliers are told by
+    const StepSeries clean = series_of(e.clean_nis, e.study.steps.size());
+    findings.gross_outliers.rest_fits =
+        judge_all_sensors(e, clean, j.confidence).verdict == Verdict::consistent;
+  }
+  findings.narrow_angles = e.narrow_angles;
+  if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
+  findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
+  findings.block = j.responsible;
+  findings.lost = j.lost;
+  findings.error_correlation = test_claimed_uncorrelated(e);
+  findings.nees_values = e.whole_runs.nees_values;
+  findings.nees_before_innovations = nees_before_innovations(e);
+  add_growth(e, findings);
+  findings.nonlinear = e.layout.nonlinear;
+  findings.lateness = test_lateness(e.lateness);
+  if (share.count > 0) findings.measurement_noise_share = share.mean;
+  for (const SensorPairJudgement& pair : j.law.sensor_pairs) {
+    if (!speaks(j, pair_test(pair))) continue;
+    findings.sensor_pairs.push_back({pair.first, pair.second, pair.correlation});
+  }
+  const GaussianityJudgement& g = j.law.gaussianity;
+  if (j.lost.runs.empty() && speaks(j, kHeavyTails) && g.right_but_heavy_tailed(1.0 - j.confidence)) {
+    findings.heavy_tail_p_value = g.tail_p_value;
+  }
+  return findings;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/causes/advice.h"
+#include "analysis/evidence/causes/lost_runs.h"
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/laws/correlation/block_correlation.h"
+#include "analysis/laws/correlation/error_correlation.h"
+#include "analysis/laws/correlation/lateness.h"
+#include "analysis/laws/correlation/whiteness.h"
+#include "analysis/laws/gate_rejection.h"
+#include "analysis/laws/mean/mean_at_steps.h"
+#include "analysis/laws/mean/zero_mean.h"
+#include "analysis/laws/shape/coverage.h"
+#include "analysis/laws/shape/goodness_of_fit.h"
+
+namespace credence::internal {
+
+struct Evidence;
+struct Judgement;
+
+/// A gate that the innovations had to pass: none lies beyond, and those within follow the law cut off there.
+struct GateFound {
+  double nis = 0.0;       ///< the largest there is
+  double expected = 0.0;  ///< values beyond it without a gate
+  double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling): it fits
+};
+
+/// What the tests found; what was not tested stays empty.
+struct Findings {
+  ConsistencyVerdict nees, nis;
+  /// Best of the innovations after the first fifth of the steps, so that a wrong start does not colour them.
+  std::optional<WhitenessTest> whiteness = {};
+  bool not_white = false;  ///< the portmanteau of all lags speaks against whiteness
+  /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
+  std::optional<ZeroMeanTest> innovation_mean = {};
+  struct ErrorMean {
+    ZeroMeanTest test;  ///< of the errors over their σ, averaged over each run
+    std::string state;  ///< with the largest
+  };
+  std::optional<ErrorMean> error_mean = {};
+  MeanAtSteps mean_at_steps = {};  ///< of the errors of a whole state of at most 24
+  std::optional<LatenessTest> lateness = {};
+  std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
+  std::optional<GateFound> gate = {};
+  struct CutOff {
+    double nis = 0.0;  ///< the largest there is
+    double expected =
+        0.0;  ///< values beyond it by the law of this mean, which a covariance wrong by a factor has
+  };
+  std::optional<CutOff> cut_off =
+      {};  ///< where these are too many to be missing by chance, and no gate was found
+  std::optional<GateRejection> rejection = {};  ///< by a gate beyond which innovations are logged
+  /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
+  std::optional<CoverageCount> far_tail = {};
+  double far_tail_probability = 0.9999;
+  /// Gross outliers (kGrossOutlier) among the innovations, and where they are in time.
+  struct GrossOutliers {
+    std::int64_t all = 0, early = 0;  ///< of these in the first fifth of the steps
+    double early_share = 0.0;         ///< of all innovations in that fifth
+    CoverageCount late = {};          ///< innovations of the second half: those that are none
+    bool rest_fits = false;           ///< the verdict on NIS without them is `consistent`
+  };
+  GrossOutliers gross_outliers = {};
+  std::optional<ResponsibleBlock> block = {};
+  LostRuns lost = {};  ///< runs that alone are wrong
+  /// Of errors that P claims to be uncorrelated, over all steps of the runs.
+  std::optional<ErrorCorrelationTest> error_correlation = {};
+  std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
+  CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
+  Moments nees_values = {};                ///< single NEES values over runs and steps
+  Moments nees_before_innovations = {};    ///< over runs, at the step before any innovation; else empty
+  SkewedMoments nees_of_runs_before_innovations = {};  ///< the mean of NEES over its dof of each run there
+  /// Of each run, what NEES over its dof gains over the steps without an innovation (before the first one of
+  /// all), and over the others; empty where not every step of every run is known.
+  Moments growth_without_innovations = {}, growth_before_innovations = {}, growth_with_innovations = {};
+  std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
+  bool nonlinear = false;                              ///< the filter linearises at its own estimates
+  bool inflated = false;                               ///< it is known to inflate its covariance
+  struct SensorPair {
+    std::string first, second;
+    BlockCorrelationTest correlation;
+  };
+  std::vector<SensorPair> sensor_pairs = {};      ///< that are correlated at one step
+  std::optional<double> heavy_tail_p_value = {};  ///< only where nothing speaks against the second moments
+};
+
+/// What the evidence and the judgement, but for its causes, have found.
+Findings findings_of(const Evidence& evidence, const Judgement& judged);
+
+}  // namespace credence::internal

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis/evidence/causes/advice_cause.h"
+
+/// @file
+/// The rules by which causes are found, one signature each. Each says what evidence it needs and names
+/// nothing without it, which test it makes, and what it names. A test is at cause_level where no other level
+/// is said; "speaks" means that a test of the suite rejects with all others taken together (Holm).
+
+namespace credence::internal {
+
+/// What a rule finds: none, or the cause with what goes beside it.
+using Causes = std::vector<CauseFound>;
+
+/// Innovations that are logged and not used. Names gated_innovations where log det P falls less beyond a gate
+/// than within it (gate_rejection.h), NEES or NIS is optimistic, and as many lie beyond, p by the law, as
+/// such a gate makes by itself, p to p (1.5 + 50 p); not where they are outliers.
+Causes find_rejected_innovations(const Findings& findings);
+/// The same where more lie beyond, beside the cause of that.
+Causes find_rejection_beside(const Findings& findings);
+
+// Runs (cause_rules_law.cpp).
+
+/// Runs of a joint P. Names lost_runs by the test of lost_runs.h, where the word is inconsistent.
+Causes find_runs_that_are_lost(const Findings& findings);
+
+// Angles and laws: what no covariance mends, and what is no fault of the covariance (cause_rules_law.cpp).
+
+/// Innovations that are angles. Names unwrapped_angle where one lies beyond half a turn: no test, since none
+/// that is wrapped can.
+Causes find_unwrapped_angle(const Findings& findings);
+/// Angles of the state. Names wide_angle where NEES is inconsistent and one in a hundred has a σ beyond
+/// kWideAngle: no test, as P says so.
+Causes find_wide_angle(const Findings& findings);
+/// NIS whose law speaks. Names outliers where more than ten times as many lie beyond the 99.99 % quantile as
+/// chance puts there (binomial), the body of the law fits better than that of a wrong factor would, lag 1 is
+/// small beside what they add to NIS, and they are not the start: gathered in the first fifth (binomial)
+/// while NIS is right later.
+Causes find_outliers(const Findings& findings);
+/// Runs whose mean squares agree with P. Names heavy_tails by their test, if no outliers do.
+Causes find_heavy_tails(const Findings& findings);
+/// NIS of one dimension. Names gated_innovations by an empty end of the law, and a fit of the rest; or, of
+/// NIS that is too small, by an end that even a law scaled to its mean has not.
+Causes find_gate(const Findings& findings);
+/// Names wrong_dof where NEES alone is inconsistent and its variance is nearer twice its mean, as of χ², than
+/// twice its mean squared over n, as of a factor, by twice on a logarithmic scale. At least 100 values.
+Causes find_wrong_dof(const Findings& findings);
+/// Names inflation where the filter is known to inflate P and NEES or NIS is too small: nothing to be tested.
+Causes find_inflation(const Findings& findings);
+/// Names covariance_scale where NEES or NIS is inconsistent, and no other rule has named anything.
+Causes find_scale(const Findings& findings);
+
+// Correlations between states and between sensors (cause_rules_correlation.cpp).
+
+/// Two sensors of one step whose correlation speaks. Names sequential_sensors where it is more than a wrong
+/// gain makes: 1.5 times what each has with itself at lag 1.
+Causes find_sequential_sensors(const Findings& findings);
+/// Ten runs of a joint P of at most twelve states, some of which it claims to be uncorrelated at every step.
+/// Names cross_covariance where their errors are correlated (Student's t over the runs, Bonferroni over the
+/// pairs), by 0.05 at least. Wrong noise, a wrong start and linearisation leave the correlations of the
+/// model.
+Causes find_dropped_cross_covariance(const Findings& findings);
+/// Names cross_covariance where the joint NEES is inconsistent and that of no block is, nor by its mean.
+Causes find_joint_inconsistency(const Findings& findings);
+
+// What goes on in time (cause_rules_time.cpp).
+
+/// Estimates beside the errors of ten runs that move differently. Names late_measurements where the errors
+/// point back along the way (Student's t over the runs), by 0.3 steps at least and by what explains most of
+/// the excess of NEES, while the innovations are nearly of the right size and white.
+Causes find_late_measurements(const Findings& findings);
+/// Means of innovations and of errors that speak. Names bias where that is part of what is wrong, of a
+/// nonlinear filter most of it; and where the errors at single steps have means (Hotelling over the runs)
+/// that make most of the excess of NEES there. Beside it the noise, by the innovations less their mean.
+Causes find_bias(const Findings& findings);
+/// Whiteness that speaks. Names coloured_noise where lag 1 is at least 0.1 and more than a wrong gain makes
+/// of the size of NIS: such a gain is wrong beside it.
+Causes find_coloured_noise(const Findings& findings);
+
+// The start (cause_rules_start.cpp). P = P_P0 + P_Q + P_R by what made it, and so are the true second
+// moments, each part times the factor by which its noise is wrong. The share of P0, tr P⁻¹ P_P0 / n, never
+// grows, in predictions or in corrections: what a wrong P0 does is there at the first step, and is most
+// there.
+
+/// Two steps or more before the first innovation, whose NEES has a step outside its simultaneous bounds. P0
+/// and Q alone make the errors there. Names Q, which stays in NEES, or P0, which NIS forgets first; else
+/// both. Of a nonlinear filter the start where NEES varies more than a Gaussian error's, and linearisation
+/// beside a Q where NEES grows on the way.
+Causes find_wrong_before_innovations(const Findings& findings);
+/// The first innovation is wrong (χ²) where R alone may be, and NIS stays so: NEES fits before it; or R is
+/// most of S and the size is one that no P makes, or one only that is wrong by ten; or, of an R that is not
+/// known, NEES fits just after it. Names R.
+Causes find_wrong_first_innovation(const Findings& findings);
+/// The first NIS or NEES is wrong (χ²), NIS of the second half is not, and NEES is most wrong at the first
+/// step, by its standard error. Names initial_covariance.
+Causes find_wrong_first_step(const Findings& findings);
+/// The first fifth fails, at a step or in its sum of NIS, and its excess is all but gone in the second half.
+/// Names initial_covariance; of a nonlinear filter whose first innovation fits, or NEES before it, the
+/// linearisation there.
+Causes find_start_that_dies_out(const Findings& findings);
+/// Mixed: one direction rejects in the first fifth only and the other one later. Names the start, and beside
+/// it the noise.
+Causes find_start_beside_the_rest(const Findings& findings);
+
+// Levels of noise (cause_rules_noise.cpp). Mean NIS has the sign of a q + b r, and the correlation of the
+// innovations at every lag is (q − r) times one matrix: the two tell Q from R.
+
+/// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else R, where S is
+/// mostly R and the innovations are whiter than a wrong Q leaves them; else either of the two.
+Causes find_wrong_noise(const Findings& findings);
+/// The same with the sign of NEES, where NIS is of the right size and the gain is told by the lags.
+Causes find_noise_by_errors(const Findings& findings);
+/// The noise beside a bias: of the innovations less their mean, whose mean square is wrong by 5 % and by five
+/// standard errors.
+Causes find_noise_beside_bias(const Findings& findings);
+
+// Linearisation (cause_rules_linearisation.cpp).
+
+/// A nonlinear filter whose NEES is too large while its innovations fit. Jacobians at changing estimates make
+/// directions seem observable that are not: P shrinks there, which no innovation can show (theory, section 5,
+/// rank O at the estimates). Names the linearisation; Q or the linearisation where the innovations are too
+/// large as well, by less than a tenth of what NEES is, where NEES grows over the steps without an innovation
+/// and not over the others (Student's t over the runs), or where the lags tell a gain that is too small.
+Causes find_linearisation(const Findings& findings);
+
+}  // namespace credence::internal

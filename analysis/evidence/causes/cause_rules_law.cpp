@@ -1,0 +1,236 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+
+#include "analysis/evidence/causes/cause_rules.h"
+#include "analysis/evidence/causes/cause_signature.h"
+#include "analysis/evidence/causes/lost_runs.h"
+#include "analysis/evidence/sums/evidence.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/shape/tail_weight.h"
+#include "core/append_item.h"
+
+namespace credence::internal {
+namespace {
+
+// Of the distribution functions of NIS and its law: a factor 1.15 on the scale makes 0.05, and of 2 dof three
+// times as many values beyond the 99.99 % quantile, far from the ten times that outliers are taken for.
+constexpr double kSmallDistance = 0.05;
+
+// The largest distance between the distribution functions of χ²(dof) and of `scale` times it: where their
+// densities meet.
+double distance_of_scale(double scale, double dof) {
+  const double x = dof * scale * std::log(scale) / (scale - 1.0);
+  return chi_square_survival(x / scale, dof) - chi_square_survival(x, dof);
+}
+
+// A covariance that is wrong by a factor moves the whole law of NIS; of outliers, and of the innovations
+// after one that the gain has followed, less than half of that.
+bool body_fits(const Findings& findings) {
+  if (!findings.fit || findings.gross_outliers.rest_fits) return true;
+  const ConsistencyVerdict& nis = findings.nis;
+  const double scale = nis.mean / nis.expected;
+  const double by_scale = scale > 1.0 ? distance_of_scale(scale, nis.expected) : 0.0;
+  return findings.fit->kolmogorov < std::max(kSmallDistance, 0.5 * by_scale);
+}
+
+// An outlier that the gain has followed turns the next innovations back. What comes for some steps, as a
+// manoeuvre does, correlates what it adds to the mean square, by half or more; a vehicle that outliers have
+// thrown off its course by far less.
+bool stays_for_steps(const Findings& findings) {
+  constexpr double kOfManoeuvre = 0.2;
+  const double excess = excess_of(findings.nis);
+  return lag_1_outside(findings) > kOfManoeuvre * std::max(0.0, excess) / (1.0 + excess);
+}
+
+// P(X ≥ count) of a binomial law.
+double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
+  if (count <= 0) return 1.0;
+  const boost::math::binomial law(static_cast<double>(trials), probability);
+  return cdf(complement(law, static_cast<double>(count - 1)));
+}
+
+// Outliers come at any time: those that gather in the first fifth, or all come there with a first innovation
+// that is wrong, where the excess of NIS goes with them and the second half has no more than chance makes,
+// are the start.
+bool outliers_are_the_start(const Findings& findings) {
+  const auto& [all, early, early_share, late, rest_fits] = findings.gross_outliers;
+  const ConsistencyVerdict& nis = findings.nis;
+  const double level = cause_level(findings);
+  const bool gather =
+      (early == all && starts_wrong(nis, level)) || binomial_upper_tail(early, all, early_share) <= level;
+  return gather && !stays(excess_of_steps(nis, 0, first_fifth(nis)), nis) &&
+         binomial_upper_tail(late.total - late.inside, late.total, kGrossOutlier) > level;
+}
+
+bool is_too_large_a_covariance(const ConsistencyVerdict& verdict) {
+  return verdict.verdict == Verdict::pessimistic ||
+         (verdict.verdict == Verdict::mixed && excess_of_second_half(verdict) < 0.0);
+}
+
+bool is_too_small_a_covariance(const ConsistencyVerdict& verdict) {
+  return verdict.verdict == Verdict::optimistic ||
+         (verdict.verdict == Verdict::mixed && excess_of(verdict) > 0.0);
+}
+
+// Where NEES is wrong and the innovations are not, P may be right and the errors beside it be of another
+// kind.
+std::string_view where_innovations_fit(const Findings& findings) {
+  if (!is_inconsistent(findings.nees.verdict) || findings.nis.verdict != Verdict::consistent) return "";
+  return "; the innovations fit, so look at P where no sensor measures, and whether errors and P have the "
+         "same axes, order and units";
+}
+
+// A filter whose P or S is too small does not use innovations that it logs, and that are no outliers.
+bool rejects_what_it_logs(const Findings& findings) {
+  const std::optional<GateRejection>& gate = findings.rejection;
+  if (!gate || !(gate->p_value <= cause_level(findings)) || gate->share < gate->expected) return false;
+  if (!is_too_small_a_covariance(findings.nees) && !is_too_small_a_covariance(findings.nis)) return false;
+  return find_outliers(findings).empty();
+}
+
+// A gate that rejects what S explains makes the errors, and with them the innovations after it, larger than P
+// and S: where the law has a share p beyond it, each brings at most 41 p more (seven linear and nonlinear
+// worlds, p from 1 to 20 %), and chance some. More are those of another cause.
+bool gate_meets_another_cause(const GateRejection& gate) {
+  constexpr double kMostByGate = 50.0, kChance = 1.5;
+  return gate.share > gate.expected * (kChance + kMostByGate * gate.expected);
+}
+
+std::string text_of(const GateRejection& gate) {
+  return fmt::format(
+      "P does not shrink where NIS lies beyond the {:.3g} % quantile of its law (p = {:.2g}), as {:.3g} % do",
+      100.0 * (1.0 - gate.expected), gate.p_value, 100.0 * gate.share);
+}
+
+}  // namespace
+
+Causes find_runs_that_are_lost(const Findings& findings) {
+  const LostRuns& lost = findings.lost;
+  if (lost.runs.empty()) return {};
+  std::string why;
+  for (const LostRun& run : lost.runs) {
+    if (&run == lost.runs.data() + 3) {
+      why += ", …";
+      break;
+    }
+    append_item(
+        why,
+        fmt::format("run {} (the first is 0) has a mean NEES of {:.3g} times its dof, beyond chance from "
+                    "its row {} on",
+                    run.run, run.factor, run.row));
+  }
+  return {
+      {Cause::lost_runs, fmt::format("{}; that of the other {} is {:.3g} times. Look at {} before anything "
+                                     "else: no factor on P mends it",
+                                     why, lost.others, lost.factor_of_others,
+                                     lost.runs.size() == 1 ? "that run" : "those runs")}};
+}
+
+Causes find_unwrapped_angle(const Findings& findings) {
+  if (findings.unwrapped_innovations == 0) return {};
+  return {{Cause::unwrapped_angle,
+           fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
+                       findings.unwrapped_innovations)}};
+}
+
+Causes find_wide_angle(const Findings& findings) {
+  constexpr double kFewest = 0.01;  // of all steps
+  const CoverageCount& angles = findings.narrow_angles;
+  const double wide = static_cast<double>(angles.total - angles.inside);
+  if (!is_inconsistent(findings.nees.verdict) || !(wide > kFewest * static_cast<double>(angles.total)))
+    return {};
+  return {{Cause::wide_angle,
+           fmt::format("{:.3g} % of the angles have a standard deviation beyond 60°, where an error "
+                       "that is wrapped follows no Gaussian law",
+                       100.0 * wide / static_cast<double>(angles.total))}};
+}
+
+Causes find_outliers(const Findings& findings) {
+  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings)) return {};
+  const CoverageCount& tail = *findings.far_tail;
+  const double outside = static_cast<double>(tail.total - tail.inside);
+  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
+  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
+  if (!many || !body_fits(findings) || stays_for_steps(findings)) return {};
+  return {{Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
+                                        outside, tail.total, findings.far_tail_probability, expected)}};
+}
+
+Causes find_heavy_tails(const Findings& findings) {
+  if (!findings.heavy_tail_p_value || !(*findings.heavy_tail_p_value <= cause_level(findings))) return {};
+  return {{Cause::heavy_tails,
+           fmt::format("the tails are too heavy (p = {:.2g}) while every mean square, which needs "
+                       "no Gaussian law, agrees with P",
+                       *findings.heavy_tail_p_value)}};
+}
+
+Causes find_gate(const Findings& findings) {
+  if (findings.cut_off) {
+    return {{Cause::gated_innovations,
+             fmt::format(
+                 "no NIS lies beyond {:.4g}, where {:.3g} are expected of any S that is wrong by a factor: "
+                 "what a gate lets through tells nothing of R, and what it keeps out makes P too small; "
+                 "log the rejected innovations too, and open the gate",
+                 findings.cut_off->nis, findings.cut_off->expected)}};
+  }
+  if (!findings.gate) return {};
+  return {{Cause::gated_innovations,
+           fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
+                       "law truncated there (p = {:.2g})",
+                       findings.gate->nis, findings.gate->expected, findings.gate->p_value)}};
+}
+
+Causes find_rejected_innovations(const Findings& findings) {
+  if (!rejects_what_it_logs(findings) || gate_meets_another_cause(*findings.rejection)) return {};
+  return {{Cause::gated_innovations, text_of(*findings.rejection) +
+                                         ": a filter that rejects what its S explains knows less than its P "
+                                         "says; open the gate before anything else"}};
+}
+
+Causes find_rejection_beside(const Findings& findings) {
+  if (!rejects_what_it_logs(findings) || !gate_meets_another_cause(*findings.rejection)) return {};
+  return {
+      {Cause::gated_innovations, text_of(*findings.rejection) +
+                                     ": more than a gate makes by itself; where so many are rejected a "
+                                     "wrong R looks like a wrong Q, so open the gate to tell them apart"}};
+}
+
+Causes find_wrong_dof(const Findings& findings) {
+  const Moments& values = findings.nees_values;
+  if (!is_inconsistent(findings.nees.verdict) || values.count < 100 || !(values.m2 > 0.0)) return {};
+  const double ratio = values.variance() / (2.0 * values.mean);
+  const double of_scale = values.mean / findings.nees.expected;
+  const double off_dof = std::abs(std::log(ratio));
+  const double off_scale = std::abs(std::log(ratio / of_scale));
+  // Innovations that are wrong too are no matter of counting.
+  if (off_dof > 0.5 * off_scale || is_inconsistent(findings.nis.verdict)) return {};
+  return {{Cause::wrong_dof,
+           fmt::format("NEES has mean {:.3g} and variance {:.3g}, as with {:.3g} degrees of freedom "
+                       "instead of {:.3g}",
+                       values.mean, values.variance(), values.mean, findings.nees.expected)}};
+}
+
+Causes find_inflation(const Findings& findings) {
+  if (!findings.inflated ||
+      !(is_too_large_a_covariance(findings.nees) || is_too_large_a_covariance(findings.nis)))
+    return {};
+  return {{Cause::inflation, fmt::format("it makes P larger than the errors: mean NEES {:.4g} of {:.4g}, "
+                                         "mean NIS {:.4g} of {:.4g}",
+                                         findings.nees.mean, findings.nees.expected, findings.nis.mean,
+                                         findings.nis.expected)}};
+}
+
+Causes find_scale(const Findings& findings) {
+  const bool nees = is_inconsistent(findings.nees.verdict);
+  if (!nees && !is_inconsistent(findings.nis.verdict)) return {};
+  const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
+  return {{Cause::covariance_scale,
+           fmt::format("mean {} {:.3g} of {:.3g}{}{}", nees ? "NEES" : "NIS", verdict.mean, verdict.expected,
+                       nees ? where_innovations_fit(findings) : where_errors_fit(findings),
+                       nees ? untested_correlation(findings) : "")}};
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "analysis/evidence/causes/cause_rules.h"
+#include "analysis/evidence/causes/cause_signature.h"
+
+namespace credence::internal {
+namespace {
+
+// Consistent, or so nearly that the errors are wrong by more than ten times as much.
+bool innovations_fit(const Findings& findings) {
+  if (findings.nis.verdict == Verdict::consistent) return true;
+  if (findings.nis.verdict == Verdict::undecided) return false;
+  return std::abs(excess_of(findings.nis)) < kSmallBesideErrors * excess_of(findings.nees);
+}
+
+}  // namespace
+
+Causes find_linearisation(const Findings& findings) {
+  if (!findings.nonlinear || findings.nees.verdict != Verdict::optimistic) return {};
+  if (!innovations_fit(findings)) return {};
+  if (findings.whiteness && !findings.whiteness->reason.empty())
+    return {};  // nor is their size all that tells
+  const bool moved = findings.nis.verdict == Verdict::optimistic;
+  const std::string why = fmt::format(
+      "mean NEES is {:.3g} of {:.3g} while the innovations are {} (mean NIS "
+      "{:.4g} of {:.4g}){}",
+      findings.nees.mean, findings.nees.expected, moved ? "hardly too large" : "as they should be",
+      findings.nis.mean, findings.nis.expected, untested_correlation(findings));
+  // With P too small (Σ ⪰ P) and the right F and Q NEES cannot grow in P⁻ = F P Fᵀ + Q, as tr (P⁻)⁻¹ F (Σ −
+  // P) Fᵀ ≤ tr P⁻¹ (Σ − P), nor in the others with the right H and R.
+  if (grows(findings.growth_without_innovations, findings) &&
+      !grows(findings.growth_with_innovations, findings)) {
+    return {
+        {Cause::process_noise_or_linearisation,
+         fmt::format("{}, and NEES over its dof grows by {:.3g} over the steps without an "
+                     "innovation, by {:.3g} over those with one",
+                     why, findings.growth_without_innovations.mean, findings.growth_with_innovations.mean)}};
+  }
+  if (lags_tell_process_noise(findings)) {
+    return {{Cause::process_noise_or_linearisation,
+             why + ", and the innovations are correlated as those of a gain that is too small"}};
+  }
+  return {{moved ? Cause::process_noise_or_linearisation : Cause::linearisation, why}};
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "analysis/evidence/causes/cause_rules.h"
+#include "analysis/evidence/causes/cause_signature.h"
+
+namespace credence::internal {
+namespace {
+
+// A wrong Q leaves at least this much lag-1 autocorrelation for each unit of ln(NIS / expected): 0.19 to 1.3
+// for Q wrong by 2 to 5 in the plane and by 2 to 25 in a random walk. Where S is nearly R, a wrong R leaves
+// at most 0.12.
+constexpr double kLeastByProcessNoise = 0.15;
+
+// The gain is too small if innovations are followed by others of the same sign, too large if of the opposite.
+Cause cause_by_gain(bool nis_high, bool positive) {
+  if (nis_high) return positive ? Cause::process_noise_too_small : Cause::measurement_noise_too_small;
+  return positive ? Cause::measurement_noise_too_large : Cause::process_noise_too_large;
+}
+
+// What no noise makes, beside a noise that is named; the innovations of a nonlinear filter have a mean
+// anyway.
+std::string mean_beside(const Findings& findings) {
+  constexpr double kLeastMean = 0.1;  // of many runs a mean is significant that is of no size
+  if (!findings.innovation_mean || findings.nonlinear) return {};
+  const ZeroMeanTest& test = *findings.innovation_mean;
+  const double mean = test.mean.cwiseAbs().maxCoeff();
+  if (!(test.p_value <= cause_level(findings)) || mean < kLeastMean) return {};
+  return fmt::format(
+      "; but they have a mean of {:.2g} standard deviations (p = {:.2g}), which no noise "
+      "makes: look first for a delay, a lever arm or a bias",
+      mean, test.p_value);
+}
+
+// Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
+// sign. Where the gain is not told, innovations that are white enough exclude Q if S is mostly R.
+Causes noise_of(const Findings& findings, const InnovationShape& shape, bool high,
+                const std::string& beside) {
+  const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
+  const std::string why =
+      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}{}",
+                  expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band, beside);
+  if (shape.gain != 0) return {{cause_by_gain(high, shape.gain > 0), why}};
+  if (!std::isfinite(shape.lag_1_band)) return {};
+  const double most = std::abs(shape.lag_1) + shape.lag_1_band;
+  const bool so_white = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
+  // Innovations as white as this while R is not most of S are those of a Q and an R that are both wrong.
+  if (!so_white || !(share > kMostly))
+    return {{Cause::process_or_measurement_noise, why + std::string(where_errors_fit(findings))}};
+  return {{high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
+           fmt::format("{}, and R makes up {:.2g} of S", why, share)}};
+}
+
+// Of the innovations less their mean: of the mean square v of a component and its autocorrelation r a mean of
+// mean square b leaves v − b and (r v − b)/(v − b).
+InnovationShape without_mean(const InnovationShape& shape, const Vector& mean) {
+  const double v = 1.0 + shape.excess;
+  const double b = mean.squaredNorm() / static_cast<double>(mean.size());
+  const double left = v - b;
+  if (!(left > 0.0)) return {.excess = 0.0, .lag_1 = 0.0, .lag_1_band = shape.lag_1_band};
+  const double lag_1 = (shape.lag_1 * v - b) / left, band = shape.lag_1_band * std::max(1.0, v / left);
+  const int gain = lag_1 > band ? 1 : lag_1 < -band ? -1 : 0;
+  return {.excess = left - 1.0, .lag_1 = lag_1, .lag_1_band = band, .gain = gain};
+}
+
+}  // namespace
+
+Causes find_wrong_noise(const Findings& findings) {
+  if (!is_inconsistent(findings.nis.verdict) && !is_inconsistent(findings.nees.verdict)) return {};
+  const double late = excess_of_second_half(findings.nis);
+  const bool nothing_beside_errors =
+      findings.nonlinear && late > 0.0 && late < kSmallBesideErrors * excess_of(findings.nees);
+  if (!noise_lasts(findings) || nothing_beside_errors) return {};
+  return noise_of(findings, innovation_shape(findings), late > 0.0, mean_beside(findings));
+}
+
+Causes find_noise_by_errors(const Findings& findings) {
+  const InnovationShape shape = innovation_shape(findings);
+  const Verdict nees = findings.nees.verdict;
+  // Linearisation makes errors too large, and not too small.
+  const bool of_noise =
+      nees == Verdict::pessimistic ||
+      (nees == Verdict::optimistic && (!findings.nonlinear || lags_tell_process_noise(findings)));
+  if (!of_noise || shape.gain == 0) return {};
+  return noise_of(findings, shape, nees == Verdict::optimistic, mean_beside(findings));
+}
+
+Causes find_noise_beside_bias(const Findings& findings) {
+  constexpr double kLeast = 0.05, kStandardErrors = 5.0;
+  InnovationShape shape = innovation_shape(findings);
+  if (findings.innovation_mean) {
+    const Vector& bias = findings.innovation_mean->mean;
+    // Of every component, and not of their sum.
+    if (std::abs(findings.nis.expected - static_cast<double>(bias.size())) > 0.01) return {};
+    shape = without_mean(shape, bias);
+  }
+  const double deviation = std::sqrt(2.0 / findings.nis.dof);
+  if (!(std::abs(shape.excess) > std::max(kLeast, kStandardErrors * deviation))) return {};
+  Causes found = noise_of(findings, shape, shape.excess > 0.0, {});
+  if (found.empty()) {
+    found.push_back({Cause::process_or_measurement_noise,
+                     fmt::format("mean NIS {:.3g} of {:.3g} without the mean of the innovations",
+                                 findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)});
+  }
+  return found;
+}
+
+}  // namespace credence::internal

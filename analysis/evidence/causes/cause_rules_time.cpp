@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/evidence/causes/cause_rules.h"
+#include "analysis/evidence/causes/cause_signature.h"
+
+namespace credence::internal {
+namespace {
+
+// Of many runs a mean is significant that is of no size: what makes no more than a twentieth of what is wrong
+// is not its cause.
+bool counts(double mean_square, double excess) {
+  constexpr double kLeastOfExcess = 0.05;
+  return mean_square >= kLeastOfExcess * std::abs(excess);
+}
+
+// Jacobians at the estimates give the errors and the innovations of a nonlinear filter a mean, too: there a
+// bias must be most of what is wrong.
+bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
+  const double excess = findings.nees.mean - findings.nees.expected;
+  if (!findings.nonlinear) return counts(mean.mean.squaredNorm(), excess);
+  return findings.nees.verdict == Verdict::optimistic &&
+         mean.mean.squaredNorm() > kMost * std::max(0.0, excess);
+}
+
+// Errors that are wrong have the mean of their own, or that of the innovations.
+bool counts_beside_errors(double mean_square, const Findings& findings) {
+  if (!is_inconsistent(findings.nees.verdict)) return true;
+  const double of_errors =
+      findings.error_mean ? findings.error_mean->test.mean.squaredNorm() / findings.nees.expected : 0.0;
+  return counts(std::max(mean_square, of_errors), excess_of(findings.nees));
+}
+
+// Of innovations of the right size nothing is to be explained.
+bool explains_the_innovations(const ZeroMeanTest& mean, const Findings& findings) {
+  const double mean_square = mean.mean.squaredNorm() / static_cast<double>(mean.mean.size());
+  const double excess = excess_of(findings.nis);
+  if (!findings.nonlinear) return counts(mean_square, excess) && counts_beside_errors(mean_square, findings);
+  return is_inconsistent(findings.nis.verdict) && excess > 0.0 && mean_square > kMost * excess;
+}
+
+// A delay that cannot be told from a bias.
+std::string_view beside_untested_lateness(const Findings& findings) {
+  if (!findings.lateness || findings.lateness->reason.empty()) return "";
+  if (findings.lateness->reason == kNoVariedMotion)
+    return "; if the motion never varies, a delay looks the same";
+  return "; a delay, which could not be tested, looks the same";
+}
+
+Causes bias_of(const Findings& findings) {
+  const auto clear = [&](double p_value) { return p_value <= cause_level(findings); };
+  const std::string_view beside = beside_untested_lateness(findings);
+  if (findings.innovation_mean && clear(findings.innovation_mean->p_value) &&
+      explains_the_innovations(*findings.innovation_mean, findings)) {
+    const ZeroMeanTest& test = *findings.innovation_mean;
+    return {
+        {Cause::bias, fmt::format("the innovation has a mean of {:.2g} standard deviations (p = {:.2g}){}",
+                                  test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)}};
+  }
+  if (findings.error_mean && clear(findings.error_mean->test.p_value) &&
+      explains_the_errors(findings.error_mean->test, findings)) {
+    const ZeroMeanTest& test = findings.error_mean->test;
+    return {{Cause::bias,
+             fmt::format("the error of {} has a mean of {:.2g} standard deviations (p = {:.2g}), "
+                         "which the innovations do not show{}",
+                         findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)}};
+  }
+  const MeanAtSteps& at_steps = findings.mean_at_steps;
+  const bool too_large = is_inconsistent(findings.nees.verdict) && excess_of(findings.nees) > 0.0;
+  if (too_large && clear(at_steps.p_value) && at_steps.explained > kMost) {
+    return {
+        {Cause::bias, fmt::format("the errors of all runs have a mean, which makes {:.0f} % of the excess of "
+                                  "NEES (p = {:.2g}){}",
+                                  100.0 * std::min(1.0, at_steps.explained), at_steps.p_value, beside)}};
+  }
+  return {};
+}
+
+// A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
+// 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
+// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1. NIS is taken with its standard error.
+bool is_coloured(double lag_1, double settled_excess, const ConsistencyVerdict& nis) {
+  constexpr double kMostByGain = 1.5;
+  const double excess =
+      std::max(std::abs(std::log1p(settled_excess)), std::abs(std::log(nis.mean / nis.expected)));
+  return std::abs(lag_1) > kMostByGain * (excess + std::sqrt(2.0 / nis.dof));
+}
+
+// Whether the way since some time is most of the excess of NEES. An error that grows along its way, as of a
+// wrong scale, has 3/4 explained, while NEES in excess is more than twice as much in the second half as
+// between it and the first fifth; of a delay it is at most 1.5 times as much (six worlds of wrong_causes.py).
+bool is_of_one_delay(double explained, const ConsistencyVerdict& nees) {
+  constexpr double kNearlyAll = 0.8, kMostGrowth = 1.75;
+  if (explained >= kNearlyAll) return true;
+  const double before = excess_of_steps(nees, first_fifth(nees), nees.steps.size() / 2);
+  return explained > kMost && excess_of_second_half(nees) <= kMostGrowth * before;
+}
+
+}  // namespace
+
+// A filter that is fed late follows the truth of then: its errors are the way since, and its innovations as
+// they should be, or wrong by little beside them where it knows its way. A gain that is too small lags
+// behind, too, and noise that is correlated in time is followed along; both show in the innovations.
+Causes find_late_measurements(const Findings& findings) {
+  constexpr double kSteps = 0.3;  // a shorter time is none of steps
+  constexpr double kSmall = 0.1, kLittleBesideErrors = 0.03;
+  if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return {};
+  const LatenessTest& test = *findings.lateness;
+  const double excess = excess_of(findings.nees);
+  if (!is_inconsistent(findings.nees.verdict) || !(excess > 0.0)) return {};
+  if (test.steps < kSteps || !is_of_one_delay(test.explained, findings.nees)) return {};
+  const InnovationShape shape = innovation_shape(findings);
+  const double small = std::max(kSmall, kLittleBesideErrors * excess);
+  if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
+  return {{Cause::late_measurements,
+           fmt::format("the errors point back along the path by about {:.2g} steps (p "
+                       "= {:.2g}), which explains {:.0f} % of the excess of NEES",
+                       test.steps, test.p_value, 100.0 * std::min(1.0, test.explained))}};
+}
+
+Causes find_bias(const Findings& findings) {
+  Causes found = bias_of(findings);
+  if (found.empty()) return found;
+  const Causes beside = find_noise_beside_bias(findings);
+  found.insert(found.end(), beside.begin(), beside.end());
+  return found;
+}
+
+Causes find_coloured_noise(const Findings& findings) {
+  constexpr double kStrong = 0.1;  // a wrong P leaves some correlation, too
+  const double lag_1 = lag_1_outside(findings);
+  if (!findings.not_white || std::abs(lag_1) < kStrong) return {};
+  if (!(findings.whiteness->p_value <= cause_level(findings))) return {};
+  const InnovationShape shape = innovation_shape(findings);
+  if (!is_coloured(lag_1, shape.excess, findings.nis)) return {};
+  return {{Cause::coloured_noise,
+           fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
+                       "{:.3g} is expected",
+                       lag_1, findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)}};
+}
+
+}  // namespace credence::internal

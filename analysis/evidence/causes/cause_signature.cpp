@@ -1,0 +1,167 @@
+#include "analysis/evidence/causes/cause_signature.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "analysis/laws/mean/student.h"
+
+namespace credence::internal {
+namespace {
+
+double normal_upper_quantile(double probability) {
+  return quantile(complement(boost::math::normal(), probability));
+}
+
+bool is_tested(const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; }
+
+/// Beyond the pointwise band where all lags together speak, else beyond that of all causes together.
+double lag_1_band_of(const Findings& findings) {
+  const double band = findings.whiteness->band.at(0);
+  if (findings.not_white) return band;
+  return band * cause_quantile(findings, 2.0) / normal_upper_quantile(0.5 * alpha_of(findings));
+}
+
+int gain_error(const Findings& findings) {
+  constexpr std::size_t kSums[] = {1, 5, 20};
+  const WhitenessTest& test = *findings.whiteness;
+  const double of_band = normal_upper_quantile(0.5 * alpha_of(findings));
+  double sum = 0.0, largest = 0.0;
+  for (std::size_t h = 0; h < test.autocorrelation.size(); ++h) {
+    sum += of_band * test.autocorrelation[h] / test.band[h];
+    const double z = sum / std::sqrt(static_cast<double>(h + 1));
+    if (std::ranges::find(kSums, h + 1) != std::end(kSums) && std::abs(z) > std::abs(largest)) largest = z;
+  }
+  const double wanted = cause_quantile(findings, 2.0 * static_cast<double>(std::size(kSums)));
+  return largest > wanted ? 1 : largest < -wanted ? -1 : 0;
+}
+
+}  // namespace
+
+double alpha_of(const Findings& findings) {
+  return 1.0 - (findings.nis.confidence > 0.0 ? findings.nis.confidence : findings.nees.confidence);
+}
+
+double cause_level(const Findings& findings) {
+  constexpr double kCauses = 15.0;
+  return alpha_of(findings) / kCauses;
+}
+
+double cause_quantile(const Findings& findings, double tests) {
+  return normal_upper_quantile(cause_level(findings) / tests);
+}
+
+double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+  double sum = 0.0, dof = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    const StepTest& step = verdict.steps[k];
+    if (!is_tested(step)) continue;
+    sum += static_cast<double>(step.count) * step.mean;
+    dof += step.total_dof;
+  }
+  return dof > 0.0 ? sum / dof - 1.0 : 0.0;
+}
+
+double excess_of_second_half(const ConsistencyVerdict& verdict) {
+  return excess_of_steps(verdict, verdict.steps.size() / 2, verdict.steps.size());
+}
+
+double excess_of(const StepTest& step) { return step.mean / step.expected - 1.0; }
+
+double excess_of(const ConsistencyVerdict& verdict) { return verdict.mean / verdict.expected - 1.0; }
+
+std::size_t first_fifth(const ConsistencyVerdict& verdict) {
+  const std::size_t steps = verdict.steps.size();
+  return std::min(steps, std::max<std::size_t>(1, steps / 5));
+}
+
+const StepTest* first_step(const ConsistencyVerdict& verdict) {
+  const auto first = std::ranges::find_if(verdict.steps, is_tested);
+  return first == verdict.steps.end() ? nullptr : &*first;
+}
+
+bool starts_wrong(const ConsistencyVerdict& verdict, double level) {
+  const StepTest* first = first_step(verdict);
+  return first != nullptr && first->p_value <= level;
+}
+
+bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+  for (std::size_t k = first; k < last; ++k) {
+    const StepTest& step = verdict.steps[k];
+    if (step.mean < step.simultaneous_lower || step.mean > step.simultaneous_upper) return true;
+  }
+  return false;
+}
+
+bool stays(double excess, const ConsistencyVerdict& verdict) {
+  const double late = excess_of_second_half(verdict);
+  return late * excess > 0.0 && std::abs(late) >= kAllButGone * std::abs(excess);
+}
+
+double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::size_t last) {
+  double dof = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
+  }
+  const boost::math::normal law;
+  return 2.0 * cdf(complement(law, std::abs(excess_of_steps(nis, first, last)) * std::sqrt(0.5 * dof)));
+}
+
+bool noise_lasts(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  const double p_value = p_value_of_sum(nis, nis.steps.size() / 2, nis.steps.size());
+  if (!(p_value <= cause_level(findings))) return false;
+  return std::abs(excess_of_second_half(nis)) >= kAllButGone * std::abs(excess_of(*first_step(nis)));
+}
+
+InnovationShape innovation_shape(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  InnovationShape shape{.excess = excess_of_steps(nis, nis.steps.size() / 5, nis.steps.size()),
+                        .lag_1_band = std::numeric_limits<double>::infinity()};
+  if (findings.whiteness && findings.whiteness->reason.empty()) {
+    shape.lag_1 = findings.whiteness->autocorrelation.at(0);
+    shape.lag_1_band = lag_1_band_of(findings);
+    shape.gain = gain_error(findings);
+  }
+  return shape;
+}
+
+std::string_view where_errors_fit(const Findings& findings) {
+  const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
+  if (nees.count == 0 || nees.verdict != Verdict::consistent || !is_inconsistent(nis.verdict)) return "";
+  return "; NEES fits, so look whether ν and S are those that the filter uses: S without R or of another "
+         "step, "
+         "ν taken after the update";
+}
+
+double lag_1_outside(const Findings& findings) {
+  const InnovationShape shape = innovation_shape(findings);
+  return std::abs(shape.lag_1) > shape.lag_1_band ? shape.lag_1 : 0.0;
+}
+
+bool lags_tell_process_noise(const Findings& findings) {
+  constexpr double kLagsOfLinearisation = 0.2;
+  if (innovation_shape(findings).gain <= 0) return false;
+  double sum = 0.0, largest = 0.0;
+  for (const double lag : findings.whiteness->autocorrelation) largest = std::max(largest, sum += lag);
+  return largest > kLagsOfLinearisation * excess_of(findings.nees);
+}
+
+std::string untested_correlation(const Findings& findings) {
+  if (!findings.error_correlation || findings.error_correlation->reason.empty()) return {};
+  return fmt::format("; whether P lacks cross-covariances was not tested: {}",
+                     findings.error_correlation->reason);
+}
+
+bool grows(const Moments& gain, const Findings& findings) {
+  if (gain.count < 2 || !(gain.m2 > 0.0)) return false;
+  const double runs = static_cast<double>(gain.count);
+  const double t = gain.mean / std::sqrt(gain.variance() / runs);
+  return student_upper_p_value(t, runs - 1.0) <= cause_level(findings);
+}
+
+}  // namespace credence::internal

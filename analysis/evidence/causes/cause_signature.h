@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "analysis/evidence/causes/cause_findings.h"
+
+/// @file
+/// What several rules on causes ask of the findings.
+
+namespace credence::internal {
+
+/// Shares of an excess, that of a mean of NEES or NIS over the expected one. A test tells whether something
+/// is there, and of many runs everything is; these tell whether it is of the size of what is to be explained.
+/// More than half of it is its cause.
+inline constexpr double kMost = 0.5;
+/// With less than this share of what it was it is all but gone, with 1 less this share it is there still.
+inline constexpr double kAllButGone = 0.25;
+/// An excess of NIS of less than this share of that of NEES is nothing beside it: the Jacobians that make
+/// errors ten times as wrong move the innovations as well.
+inline constexpr double kSmallBesideErrors = 0.1;
+
+/// A share of R in S beyond which S is wrong only if R is.
+inline constexpr double kMostly = 0.8;
+
+/// 1 − confidence.
+double alpha_of(const Findings& findings);
+
+/// The false-alarm rate of each signature that is a test: (1 − confidence)/15, as there are fifteen of them
+/// and every cause is looked for.
+double cause_level(const Findings& findings);
+
+/// The quantile of N(0, 1) that z exceeds at cause_level/tests: |z| for two tests.
+double cause_quantile(const Findings& findings, double tests);
+
+/// mean/expected − 1 over the steps first … last − 1; 0 without data.
+double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last);
+double excess_of_second_half(const ConsistencyVerdict& verdict);
+double excess_of(const StepTest& step);
+/// Over all steps, as the verdict has it.
+double excess_of(const ConsistencyVerdict& verdict);
+
+/// The steps of the first fifth, one at least.
+std::size_t first_fifth(const ConsistencyVerdict& verdict);
+
+/// The first step with data; null: none.
+const StepTest* first_step(const ConsistencyVerdict& verdict);
+
+/// Whether the first step with data is wrong (χ²).
+bool starts_wrong(const ConsistencyVerdict& verdict, double level);
+
+/// Whether one of the steps first … last − 1 leaves the bounds that all keep together.
+bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last);
+
+/// Whether the second half has the excess still, and of the same sign.
+bool stays(double excess, const ConsistencyVerdict& verdict);
+
+/// NIS is white, so that its sum over some steps is χ²: its p-value, 1 without data.
+double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::size_t last);
+
+/// Whether NIS is wrong over the second half (χ²), by more than what its first one leaves behind.
+bool noise_lasts(const Findings& findings);
+
+/// Size and colour of the innovations after the first fifth of the steps: all that a wrong noise can change
+/// in them.
+struct InnovationShape {
+  double excess = 0.0;      ///< of NIS
+  double lag_1 = 0.0;       ///< autocorrelation
+  double lag_1_band = 0.0;  ///< beyond which lag_1 is no chance; infinite where it is not known
+  int gain = 0;             ///< the sign of q − r, by which Q and R are wrong; 0: not told
+};
+
+/// Of the innovations as they are. The sign of the gain: of innovations with the gain that the filter
+/// believes in the correlation at every lag is (q − r) times one matrix, so that lags that fade slowly are
+/// added up; the largest of |Σ_{h ≤ L} z_h|/√L, L = 1, 5, 20, at cause_level, Bonferroni over the three.
+InnovationShape innovation_shape(const Findings& findings);
+
+/// Where NIS is wrong and NEES is right, what else may be: the filter may have another S than was written.
+std::string_view where_errors_fit(const Findings& findings);
+
+/// The lag-1 autocorrelation if it lies outside its band, else 0.
+double lag_1_outside(const Findings& findings);
+
+/// P that the linearisation makes too small has too small a gain as well, whose innovations are correlated;
+/// but by less beside its errors than those of a Q that is too small, which all innovations show. Whether the
+/// gain is told as too small, and the lags add up to that much.
+bool lags_tell_process_noise(const Findings& findings);
+
+/// What to say beside a cause that is only what is left: that P was not looked at for cross-covariances that
+/// it lacks, and why; else empty.
+std::string untested_correlation(const Findings& findings);
+
+/// Whether what a quantity of each run gains has a mean above zero (Student's t at cause_level).
+bool grows(const Moments& gain, const Findings& findings);
+
+}  // namespace credence::internal

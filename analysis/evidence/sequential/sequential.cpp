@@ -1,0 +1,148 @@
+#include "analysis/evidence/sequential/sequential.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "analysis/laws/mean/run_mean.h"
+#include "analysis/laws/require.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+void require_rule(const StopRule& rule) {
+  require_confidence(rule.confidence);
+  if (!(rule.consistent_within >= 0.0) || !(rule.precision >= 0.0)) {
+    throw std::invalid_argument(fmt::format("consistent_within = {} and precision = {} must be >= 0",
+                                            rule.consistent_within, rule.precision));
+  }
+}
+
+double log_mean(double a, double b) {
+  const double largest = std::max(a, b);
+  if (std::isnan(a) || std::isnan(b)) return kNaN;
+  if (std::isinf(largest)) return largest;
+  return largest + std::log(0.5 * (std::exp(a - largest) + std::exp(b - largest)));
+}
+
+// The direction of the strongest evidence among the steps and their sum.
+Verdict direction(std::span<const Moments> per_step, std::span<const double> dofs) {
+  double sum = 0.0;
+  double expected = 0.0;
+  double strongest = -1.0;
+  double excess = 0.0;
+  const auto consider = [&](double value, double dof) {
+    const double evidence = log_e_value(value, dof);
+    if (evidence > strongest) {
+      strongest = evidence;
+      excess = value - dof;
+    }
+  };
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    if (per_step[k].count == 0 || dofs[k] == 0.0) continue;
+    const double at_step = static_cast<double>(per_step[k].count) * per_step[k].mean;
+    consider(at_step, dofs[k]);
+    sum += at_step;
+    expected += dofs[k];
+  }
+  consider(sum, expected);
+  return excess > 0.0 ? Verdict::optimistic : Verdict::pessimistic;
+}
+
+// The verdict of the fixed-sample tests at the last look, NEES and NIS sharing `alpha`.
+Verdict last_look(const StudyPrefix& prefix, double alpha) {
+  const double share = prefix.nis.empty() ? 1.0 : 0.5;
+  const Verdict nees = judge_nees(prefix.nees, prefix.nees_dof, 1.0 - share * alpha, prefix.runs).verdict;
+  if (prefix.nis.empty() || is_inconsistent(nees)) return nees;
+  const Verdict nis = judge_nis(prefix.nis, prefix.nis_dof, 1.0 - share * alpha).verdict;
+  return nis == Verdict::undecided ? nees : nis;
+}
+
+void stop(StopDecision& decision, std::string_view reason, Verdict verdict) {
+  decision.stop = true;
+  decision.reason = reason;
+  decision.verdict = verdict;
+}
+
+bool scale_is_within(const ChiSquareBounds& scale, double tolerance) {
+  return scale.lower >= 1.0 / (1.0 + tolerance) && scale.upper <= 1.0 + tolerance;
+}
+
+/// ln of the e-value of NEES: of its steps, and half and half of the bets on whole runs where there are such.
+double log_e_of_nees(const StudyPrefix& prefix) {
+  const double steps = log_e_nees(prefix.nees, prefix.nees_dof);
+  return prefix.betting == nullptr ? steps : log_mean(steps, prefix.betting->log_e_value());
+}
+
+/// What NEES speaks for: the bets where they say more than the steps.
+Verdict direction_of_nees(const StudyPrefix& prefix) {
+  const bool bets =
+      prefix.betting != nullptr && prefix.betting->log_e_value() > log_e_nees(prefix.nees, prefix.nees_dof);
+  if (!bets) return direction(prefix.nees, prefix.nees_dof);
+  return prefix.betting->log_optimistic() > prefix.betting->log_pessimistic() ? Verdict::optimistic
+                                                                              : Verdict::pessimistic;
+}
+
+/// The interval of the mean NEES over the runs.
+MeanInterval mean_nees_of(const StudyPrefix& prefix, double confidence) {
+  MeanInterval interval;
+  interval.mean = interval.lower = interval.upper = interval.standard_error = kNaN;
+  interval.reason = "the averages of whole runs are not known";
+  if (prefix.runs == nullptr) return interval;
+  double dof = 0.0, values = 0.0;
+  for (std::size_t k = 0; k < prefix.nees_dof.size(); ++k) {
+    dof += prefix.nees_dof[k];
+    values += static_cast<double>(prefix.nees[k].count);
+  }
+  if (values == 0.0 || prefix.runs->moments.count == 0) return interval;
+  interval = run_mean_interval(prefix.runs->moments, confidence, static_cast<double>(prefix.runs->least_dof));
+  for (double* number : {&interval.mean, &interval.lower, &interval.upper, &interval.standard_error}) {
+    *number *= dof / values;
+  }
+  return interval;
+}
+
+bool precise(const StopRule& rule, const MeanInterval& interval) {
+  return rule.precision > 0.0 && interval.count >= rule.min_runs && interval.reason.empty() &&
+         interval.half_width() <= rule.precision * interval.mean;
+}
+
+}  // namespace
+
+StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
+  require_rule(rule);
+  const double alpha = 1.0 - rule.confidence;
+  const double log_nees = log_e_of_nees(prefix);
+  const double log_nis = prefix.nis.empty() ? log_nees : log_e_nis(prefix.nis, prefix.nis_dof);
+
+  StopDecision decision;
+  decision.log_e_value = log_mean(log_nees, log_nis);
+  decision.p_value = std::isnan(decision.log_e_value) ? decision.log_e_value
+                                                      : std::min(1.0, std::exp(-decision.log_e_value));
+  decision.mean_nees = mean_nees_of(prefix, rule.confidence);
+  const auto scale = [&] {
+    return scale_confidence_sequence(prefix.nees, prefix.nees_dof, false, rule.confidence);
+  };
+  if (rule.consistent_within > 0.0) decision.scale = scale();
+
+  // Half of α at any look, half at the last.
+  if (rule.on_verdict && decision.p_value <= 0.5 * alpha) {
+    stop(decision, "verdict",
+         log_nees >= log_nis ? direction_of_nees(prefix) : direction(prefix.nis, prefix.nis_dof));
+  } else if (rule.consistent_within > 0.0 && scale_is_within(decision.scale, rule.consistent_within)) {
+    stop(decision, "verdict", Verdict::consistent);
+  } else if (prefix.last) {
+    stop(decision, "max_runs", last_look(prefix, 0.5 * alpha));
+  } else if (precise(rule, decision.mean_nees)) {
+    stop(decision, "precision", Verdict::undecided);
+  }
+  if (decision.stop) decision.scale = scale();
+  return decision;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/sums/law_sums.h"
+#include "analysis/evidence/sums/score_sums.h"
+#include "analysis/laws/correlation/whiteness.h"
+#include "analysis/laws/gate_rejection.h"
+#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/coverage.h"
+#include "analysis/laws/shape/goodness_of_fit_histogram.h"
+#include "core/record/run_layout.h"
+#include "montecarlo/engine/study_statistics.h"
+
+/// @file
+/// What the steps of a filter add up to, whoever produced them: the engine, a log, a replay or the selftest.
+/// Sums only; judgement.h concludes. Everything merges, in the order of the runs for the same bits.
+
+namespace credence::internal {
+
+/// One number at one step over all runs, with the sum of its dof.
+struct StepSums {
+  Moments value;
+  std::int64_t dof = 0;
+
+  void add(double x, Index x_dof) {
+    value.add(x);
+    dof += x_dof;
+  }
+  void merge(const StepSums& later) {
+    value.merge(later.value);
+    dof += later.dof;
+  }
+  bool operator==(const StepSums&) const = default;
+};
+
+/// Of every step (step_series.h).
+using SumsOverSteps = std::vector<StepSums>;
+
+/// One block of the state.
+struct BlockSums {
+  std::string name;
+  Part part = Part::other;
+  SumsOverSteps nees;
+  RunAverages runs;       ///< of NEES
+  Moments squared_error;  ///< over whole runs: ‖e‖² averaged over the steps, of a map for each landmark
+  Moments claimed;        ///< the same of tr P
+
+  void merge(const BlockSums& later);
+};
+
+/// How often the truth lies within kσ of the whole state.
+struct CoverageSums {
+  static constexpr std::array<double, 3> kSigmas = {1.0, 2.0, 3.0};
+
+  struct Region {
+    std::vector<CoverageCount> count;  ///< at each step
+    std::vector<double> expected;      ///< sum over runs of P(χ²(dof) ≤ k²)
+  };
+  std::array<Region, kSigmas.size()> regions;
+
+  void add(std::int64_t step, double nees, Index dof);
+  void merge(const CoverageSums& later);
+  void drop_every_second_step();
+
+ private:
+  std::map<Index, std::array<double, kSigmas.size()>> expected_of_dof_;  ///< computed once for each dof
+};
+
+/// The innovations of one sensor, normalised as u = L⁻¹ν, S = L Lᵀ: independent N(0, I) for a consistent
+/// filter. A u is taken apart into pieces (Sensor::piece), the j-th being followed through time. Correlation
+/// and mean leave out the first fifth of each run, where a wrong start would show in everything.
+///
+/// Of a sensor with NIS alone u is the one number Φ⁻¹(F(NIS)) less its mean over the run: white as long as
+/// the NIS are independent and of one law, be the scale of S right or wrong; nothing is known of the mean.
+struct SensorSums {
+  static constexpr Index kLags = 20;
+  static constexpr Index kLargestWhitened = 12;  ///< a larger piece is looked at by one number, Σ u_i/√m
+  static constexpr double kFarTail = 0.9999;     ///< NIS beyond this quantile of its law counts as an outlier
+
+  explicit SensorSums(Sensor of);  ///< with a piece of at least 1
+  void merge(const SensorSums& later);
+
+  Sensor sensor;  ///< dim: the largest of all logs
+  bool varies;    ///< the dimension is no multiple of the piece, or not the same in all logs
+  SumsOverSteps nis;
+  std::map<Index, StepSums> by_dimension;
+  UniformHistogram fit;    ///< F(NIS)
+  CoverageCount far_tail;  ///< NIS values within the quantile kFarTail
+  double largest_nis = 0.0;
+  CoverageCount ties;       ///< NIS that are equal to another of their run: never of a continuous law
+  LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
+  VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
+  /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
+  LagProducts scalar_lags;
+  VectorMoments scalar_run_means;
+  VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
+  Moments measurement_share;            ///< tr(S⁻¹ R)/m: the part of S that is R
+  ChangesByNis changes;                 ///< of log det P, after the first fifth of each run
+  std::int64_t unwrapped = 0;           ///< components that are angles, beyond half a turn
+};
+
+/// The normalised innovations of two sensors at the same steps, one under the other: uncorrelated where the
+/// second sensor was taken after the update by the first, or S holds their covariance.
+struct SensorPairSums {
+  static constexpr Index kLargest = 24;  ///< components of both together
+
+  std::string first, second;
+  Index first_dim = 0;
+  VectorMoments both{};
+
+  /// Whether the values of sensors of these dimensions are of the same kind as those that are here.
+  bool fits(Index of_first, Index of_both) const {
+    return both.count == 0 || (first_dim == of_first && both.mean.size() == of_both);
+  }
+};
+
+/// What whole runs say. Only runs that ended well count.
+struct RunSums {
+  static constexpr std::size_t kKept = 1024;  ///< runs of which the course in time is kept
+
+  Moments nees_values;                    ///< of all steps
+  std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES / dof over its steps
+  std::vector<Vector> last_error;         ///< of the pose, or else of the first block, at the end of each
+  std::vector<Matrix> last_covariance;
+  VectorMoments last_whitened;  ///< L⁻¹ e of the whole state at the end; only of runs with as many states
+
+  void merge(const RunSums& later);
+};
+
+/// Rows left out for one reason.
+struct RejectedRows {
+  std::int64_t count = 0;
+  std::string first;  ///< "FILE:LINE"
+};
+
+/// All runs of a filter.
+struct Evidence {
+  RunLayout layout;       ///< of the first log, or of the world
+  StudyStatistics study;  ///< its failures count the runs from 0
+  std::vector<BlockSums> blocks;
+  std::vector<SensorSums> sensors;
+  CoverageSums coverage;
+  RunSums whole_runs;
+  LawSums law;
+  VectorMoments lateness{};  ///< of the runs, where estimates are known (lateness.h)
+  ScoreSums scores;
+  std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
+  SumsOverSteps clean_nees, clean_nis;       ///< without gross outliers
+  std::int64_t nees_outliers = 0, nis_outliers = 0;
+  CoverageCount narrow_angles{};  ///< angles of the state at a step whose σ is within kWideAngle
+  std::int64_t rows = 0;          ///< steps seen, rejected ones included
+  std::int64_t step_stride = 1;   ///< of the steps that have sums of their own (step_series.h)
+  std::map<std::string, RejectedRows> rejected;  ///< by the reason
+  std::vector<double> first_run;  ///< NEES / dof of a run alone at its rows; empty once there are more runs
+  Index state_dim = 0;            ///< the largest of all logs
+  bool joint_covariance = true, has_truth = false;
+
+  void merge(Evidence later);
+  /// Doubles step_stride until this step, and this stride, is provided for.
+  void thin_steps(std::int64_t step, std::int64_t stride = 1);
+  std::int64_t rejected_rows() const;
+  BlockSums& block(const Block& of);     ///< made if it is not there
+  SensorSums& sensor(const Sensor& of);  ///< made if it is not there
+  /// Made if it is not there.
+  SensorPairSums& sensor_pair(const std::string& first, const std::string& second, Index first_dim);
+};
+
+/// The σ of an angle beyond which its wrapped error is no longer Gaussian to the eye of NEES [rad].
+inline constexpr double kWideAngle = std::numbers::pi / 3.0;
+
+/// Beyond this upper quantile of its χ² law a value is a gross outlier: once in a million for a consistent
+/// filter.
+inline constexpr double kGrossOutlier = 1e-6;
+
+}  // namespace credence::internal

@@ -1,0 +1,525 @@
+#include "analysis/evidence/sums/evidence_recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <span>
+
+#include "analysis/evidence/causes/relative_place.h"
+#include "analysis/evidence/sums/step_series.h"
+#include "analysis/laws/chi_square/chi_square.h"
+#include "core/linear_algebra/squared_norm.h"
+#include "core/manifold/angle.h"
+
+namespace credence::internal {
+namespace {
+
+/// The value beyond which a χ²(dof) is a gross outlier.
+double outlier_limit(Index dof) {
+  constexpr std::size_t kCached = 64;
+  static const std::vector<double> limits = [] {
+    std::vector<double> all(kCached, 0.0);
+    for (std::size_t i = 1; i < kCached; ++i) {
+      all[i] = chi_square_upper_quantile(kGrossOutlier, static_cast<double>(i));
+    }
+    return all;
+  }();
+  const auto i = static_cast<std::size_t>(dof);
+  return i < kCached ? limits[i] : chi_square_upper_quantile(kGrossOutlier, static_cast<double>(dof));
+}
+
+/// Beyond it an angle is not wrapped; the least above π.
+constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
+
+/// Of more states the stretches of a run are those of all its steps, also of a map that grows.
+constexpr Index kFewStates = 12;
+
+/// A whole state is compared over the runs up to this dimension.
+constexpr Index kLargestState = 60;
+static_assert(StretchSums::kMostRuns == kFewRuns, "every step of what is compared in stretches is whitened");
+
+/// Φ⁻¹(u) of a probability, finite at 0 and 1.
+double normal_score(double u) {
+  constexpr double kLeast = 1e-15;
+  return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
+}
+
+/// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.
+CoverageCount count_ties(std::vector<double> values) {
+  constexpr double kEqual = 1e-9;
+  std::ranges::sort(values);
+  CoverageCount ties;
+  const auto equal = [&](std::size_t i) {  // to the one before
+    return i > 0 && i < values.size() &&
+           values[i] - values[i - 1] <= kEqual * std::max(1.0, std::abs(values[i]));
+  };
+  for (std::size_t i = 0; i < values.size(); ++i) ties.add(equal(i) || equal(i + 1));
+  return ties;
+}
+
+/// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
+std::size_t settled_from(std::size_t steps) { return steps / 5; }
+
+/// Every so many steps a sensor speaks: the greatest common divisor of the steps between its innovations, as
+/// a sensor that is slower than the filter has successive ones too. count_at(k): its components at step k.
+template <class Count>
+std::size_t interval_of_sensor(std::size_t first, std::size_t steps, Count count_at) {
+  std::size_t interval = 0, last = steps;
+  for (std::size_t k = first; k < steps && interval != 1; ++k) {
+    if (count_at(k) == 0) continue;
+    if (last < steps) interval = std::gcd(interval, k - last);
+    last = k;
+  }
+  return std::max<std::size_t>(1, interval);
+}
+
+/// The first step not before `first` at which it has one.
+template <class Count>
+std::size_t first_of_sensor(std::size_t first, std::size_t steps, Count count_at) {
+  while (first < steps && count_at(first) == 0) ++first;
+  return first;
+}
+
+}  // namespace
+
+void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLayout& layout) {
+  file_ = file.string();
+  if (sums_.layout.states.empty()) sums_.layout = layout;
+  if (layout == layout_) return;
+  close_runs();
+  layout_ = layout;
+  places_.clear();
+  list_blocks();
+}
+
+void EvidenceRecorder::list_blocks() {
+  block_at_.clear();
+  position_ = position_block(layout_);
+  planar_map_ = has_planar_map(layout_);
+  averaged_dim_ = -1;
+  averaged_.clear();
+  if (!layout_.has_truth) return;
+  for (const Block& block : layout_.blocks) {
+    block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
+  }
+  const Index all = std::ssize(layout_.states);
+  if (all <= LawSums::kLargestAveraged) {
+    averaged_dim_ = all;
+  } else if (!layout_.blocks.empty()) {
+    const Block& first = layout_.blocks.front();
+    const Index dim = std::ssize(first.states);
+    if (dim <= LawSums::kLargestAveraged) averaged_dim_ = dim;
+    averaged_ = first.name;
+  }
+  if (sums_.law.second_moments.dim() == 0) sums_.law.averaged = averaged_;
+}
+
+void EvidenceRecorder::begin_runs(std::int64_t count) {
+  close_runs();
+  if (sums_.study.runs == kChunkRuns) full_.push_back(take());
+  const auto size = static_cast<std::size_t>(count);
+  runs_.assign(size, {});
+  places_.resize(size);
+  const bool few = sums_.study.runs + count <= StretchSums::kMostRuns;
+  for (OpenRun& run : runs_) {
+    run.open = true;
+    run.few = few;
+    run.first = sums_.study.runs++ == 0;
+    run.squared_error.resize(layout_.blocks.size());
+    run.claimed.resize(layout_.blocks.size());
+    run.blocks.resize(layout_.blocks.size());
+    run.innovations.resize(layout_.sensors.size());
+  }
+}
+
+void EvidenceRecorder::end_run(Outcome outcome, std::int64_t step, std::size_t i) {
+  if (outcome != Outcome::ok) {
+    const std::int64_t after = std::ssize(runs_) - static_cast<std::int64_t>(i);
+    sums_.study.failures.push_back({sums_.study.runs - after, step, outcome});
+  }
+  close_run(runs_[i], outcome == Outcome::ok);
+}
+
+Evidence EvidenceRecorder::take() {
+  close_runs();
+  Evidence taken = std::move(sums_);
+  sums_ = Evidence();
+  sums_.layout = layout_;
+  list_blocks();
+  return taken;
+}
+
+void EvidenceRecorder::count(std::int64_t step) {
+  ++sums_.rows;
+  sums_.has_truth = sums_.has_truth || layout_.has_truth;
+  sums_.joint_covariance = sums_.joint_covariance && layout_.joint_covariance;
+  sums_.thin_steps(step);
+  const std::int64_t stride = sums_.step_stride, before = step - 1;
+  entry_ = before % stride == 0 ? before / stride + 1 : 0;
+  if (entry_ > 0) at_step(sums_.study.steps, entry_);  // a step that is rejected is one, too
+}
+
+void EvidenceRecorder::add(const Step& step, std::size_t i) {
+  count(step.step);
+  std::string_view problem = step.problem;
+  StepPlaces& places = places_[i];
+  if (!step.states.empty()) places.find(step.states, layout_);
+  if (problem.empty()) problem = normaliser_.normalise(step, layout_, places, normalised_);
+  if (!problem.empty()) return reject(runs_[i], step, problem);
+  add(runs_[i], places, normalised_);
+}
+
+void EvidenceRecorder::add(const NormalisedStep& step, std::size_t i) {
+  count(step.step);
+  places_[i].find(step.states, layout_);
+  add(runs_[i], places_[i], step);
+}
+
+void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
+  sums_.state_dim = std::max(sums_.state_dim, step.error.size());
+  run.change = kNaN;
+  if (!step.states.empty()) add_state(run, places, step);
+  add_innovations(run, step);
+}
+
+void EvidenceRecorder::reject(OpenRun& run, const Step& step, std::string_view problem) {
+  RejectedRows& rejected = sums_.rejected[std::string(problem)];
+  if (rejected.count++ == 0) rejected.first = fmt::format("{}:{}", file_, step.line);
+  for (RunInnovations& innovations : run.innovations) innovations.begins.push_back(innovations.values.size());
+}
+
+void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& step, StepStatistics& s) const {
+  double all = 0.0;
+  for (const double variance : step.variance) all += variance;  // in the order of the engine, for its bits
+  s[Quantity::trace].add(all);
+  for (std::size_t b = 0; b < at.of_block.size(); ++b) {
+    const std::vector<Index>& places = at.of_block[b];
+    const Part part = layout_.blocks[b].part;
+    if (part == Part::other || part == Part::pose || part == Part::landmark) continue;
+    double trace = 0.0, squared = 0.0;
+    for (const Index i : places) {
+      trace += step.variance[i];
+      squared += step.error[i] * step.error[i];
+    }
+    if (part == Part::map) {
+      s[Quantity::trace_landmarks].add(trace);
+      const double landmarks = static_cast<double>(places.size()) / static_cast<double>(layout_.landmark_dim);
+      if (!places.empty()) s[Quantity::landmark_error_squared].add(squared / landmarks);
+    } else if (!places.empty() && part == Part::position) {
+      s[Quantity::trace_vehicle].add(trace);
+      s[Quantity::position_error_squared].add(squared);
+    } else if (!places.empty()) {
+      s[Quantity::heading_error_squared].add(squared);
+    }
+  }
+}
+
+void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
+  const NormalisedVector& whole = step.whole;
+  if (entry_ > 0) {
+    StepStatistics& s = at_step(sums_.study.steps, entry_);
+    s[Quantity::nees].add(whole.value);
+    s.nees_dof += whole.dof;
+    add_traces(places, step, s);
+  }
+  for (std::size_t b = 0; b < step.blocks.size(); ++b) {
+    const auto [value, dof] = step.blocks[b];
+    if (dof < 0) continue;
+    const Block& block = layout_.blocks[b];
+    if (block.part == Part::pose) {
+      if (entry_ > 0) at_step(sums_.study.steps, entry_)[Quantity::vehicle_nees].add(value);
+      run.vehicle.add(value, dof);
+    }
+    run.blocks[b].add(value, dof);
+    if (entry_ > 0) at_step(sums_of_block(b).nees, entry_).add(value, dof);
+    const std::vector<Index>& at = places.of_block[b];
+    const double share = block.part == Part::map
+                             ? static_cast<double>(layout_.landmark_dim) / static_cast<double>(at.size())
+                             : 1.0;
+    run.squared_error[b].add(share * squared_norm(step.error, at));
+    double claimed = 0.0;
+    for (const Index i : at) claimed += step.variance[i];
+    run.claimed[b].add(share * claimed);
+  }
+  if (whole.dof <= 0) return;
+  const double per_dof = whole.value / static_cast<double>(whole.dof);
+  if (whole.dof == run.dof) run.change = step.log_determinant - run.log_determinant;
+  run.dof = whole.dof;
+  run.log_determinant = step.log_determinant;
+  if (entry_ > 0) sums_.coverage.add(entry_, whole.value, whole.dof);
+  run.values.add(whole.value);
+  run.nees.push_back(per_dof);
+  run.whole.add(whole.value, whole.dof);
+  run.last_whitened = whole.whitened;
+  if (!step.blocks.empty()) run.last = step.first;
+  for (const Index i : places.angles) sums_.narrow_angles.add(step.variance[i] <= kWideAngle * kWideAngle);
+  add_law(run, places, step);
+  add_lateness(run, step);
+  add_scores(run, step);
+  if (run.first) sums_.first_run.push_back(per_dof);
+  if (whole.value > outlier_limit(whole.dof)) {
+    ++sums_.nees_outliers;
+  } else if (entry_ > 0) {
+    at_step(sums_.clean_nees, entry_).add(whole.value, whole.dof);
+  }
+}
+
+// Of a map that grows the landmarks to come have no error.
+void EvidenceRecorder::add_large(RunLaw& run, const NormalisedStep& step) {
+  const Vector& u = step.whole.whitened;
+  if (u.size() == 0) return;  // of many runs, which are played in chunks of more
+  const Index states = std::ssize(layout_.states);
+  if (u.size() == states && states <= StretchSums::kLargest) return run.large.add(u, true);
+  const bool placed = u.size() == std::ssize(step.states);  // by its state; a singular P leaves fewer
+  whitened_.setZero(std::min(states, StretchSums::kLargest));
+  for (Index i = 0; i < u.size(); ++i) {
+    const Index at = placed ? step.states[static_cast<std::size_t>(i)] : i;
+    if (at < whitened_.size()) whitened_[at] = u[i];
+  }
+  run.large.add(whitened_, true);
+}
+
+void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
+  const NormalisedVector& whole = step.whole;
+  const double dof = static_cast<double>(whole.dof);
+  if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
+  run.law.nees_tails.add(whole.value, dof);
+  if (!layout_.joint_covariance) return;
+  if (run.few && std::ssize(layout_.states) > kFewStates) add_large(run.law, step);
+  if (averaged_.empty()) {
+    if (whole.whitened.size() == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
+  } else if (step.blocks.front().dof == averaged_dim_) {
+    const std::vector<Index>& first = places.of_block.front();
+    first_variance_.resize(std::ssize(first));
+    for (std::size_t i = 0; i < first.size(); ++i)
+      first_variance_[static_cast<Index>(i)] = step.variance[first[i]];
+    run.law.add_error(step.first_whitened, step.first.error, first_variance_);
+  }
+  const Index all = std::ssize(layout_.states);
+  if (whole.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
+    sums_.law.add_whitened(step.step, whole.whitened);
+  }
+}
+
+// Of what moves: in a map a landmark as seen from the vehicle, since a map made of late observations is
+// displaced and the vehicle within it is not. The step is that of the mean over a few, in which what
+// corrections add is smaller.
+void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) const {
+  if (step.estimate.size() == 0) return;
+  if (run.way_states != step.states) {
+    run.way_states = step.states;
+    run.way_steps = 0;
+  }
+  const std::size_t most = run.way.size(), newest = run.way_steps++ % most;
+  const std::vector<Index>& places = step.moving.places;
+  if (run.way_steps > 1 && !places.empty()) {
+    const Vector& before = run.way[run.way_steps > most ? newest : 0];
+    const auto steps = static_cast<double>(std::min(most, run.way_steps - 1));
+    if (planar_map_) {
+      const RelativePlace::State now = step.estimate(places), then = before(places);
+      const RelativePlace place = relative_place(now), truth = relative_place(now - step.moving.error);
+      const Eigen::Vector2d error = place.r - truth.r, motion = (place.r - relative_place(then).r) / steps;
+      const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
+      run.lateness.add(error, motion, P);
+    } else if (std::ssize(places) <= RunLateness::kLargest) {
+      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, RunLateness::kLargest, 1> motion(std::ssize(places));
+      for (Index i = 0; i < motion.size(); ++i) {
+        const Index at = places[static_cast<std::size_t>(i)];
+        const Index state = step.states[static_cast<std::size_t>(at)];
+        motion[i] = step.estimate[at] - before[at];
+        if (layout_.angles[static_cast<std::size_t>(state)]) motion[i] = wrap_angle(motion[i]);
+        motion[i] /= steps;
+      }
+      run.lateness.add(step.moving.error, motion, step.moving.P);
+    }
+  }
+  run.way[newest] = step.estimate;
+}
+
+void EvidenceRecorder::add_scores(OpenRun& run, const NormalisedStep& step) const {
+  if (!layout_.joint_covariance) return;
+  run.score.add(step.whole.value, step.whole.dof, step.log_determinant);
+  if (position_ < 0) return;
+  if (step.blocks[static_cast<std::size_t>(position_)].dof >= 0) run.score.last_position = step.position;
+}
+
+void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const NormalisedInnovation& value) {
+  const Sensor& sensor = layout_.sensors[i];
+  SensorSums& sums = sums_.sensor(sensor);
+  RunInnovations& run = open.innovations[i];
+  run.pieces = run.pieces && !sensor.nis_alone && sensor.piece <= SensorSums::kLargestWhitened &&
+               value.dof % sensor.piece == 0 && value.nu.size() == value.dof &&
+               (sensor.piece < sensor.dim || value.dof == sensor.dim);
+  if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
+  for (Index j = 0; j < value.nu.size() && !sensor.angles.empty(); ++j) {
+    const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
+    if (angle && std::abs(value.nu[j]) > kHalfTurn) ++sums.unwrapped;
+  }
+  run.nis.push_back({value.value, value.dof, value.noise_share, open.change});
+  if (sensor.nis_alone) {
+    run.values.push_back(normal_score(chi_square_cdf(value.value, static_cast<double>(value.dof))));
+  } else {
+    run.values.insert(run.values.end(), value.whitened.begin(), value.whitened.end());
+  }
+}
+
+void EvidenceRecorder::add_innovations(OpenRun& run, const NormalisedStep& step) {
+  double total = 0.0;
+  Index dof = 0;
+  for (std::size_t i = 0; i < step.innovations.size(); ++i) {
+    const NormalisedInnovation& value = step.innovations[i];
+    run.innovations[i].begins.push_back(run.innovations[i].values.size());
+    if (value.dof <= 0) continue;
+    total += value.value;
+    dof += value.dof;
+    run.law.nis_tails.add(value.value, static_cast<double>(value.dof));
+    add_innovation(run, i, value);
+  }
+  if (dof == 0) return;
+  const double m = static_cast<double>(dof);
+  run.law.nis += total;
+  run.law.nis_dof += m;
+  const bool outlier = total > outlier_limit(dof);
+  if (outlier) ++sums_.nis_outliers;
+  if (entry_ == 0) return;
+  StepStatistics& s = at_step(sums_.study.steps, entry_);
+  s[Quantity::nis].add(total);
+  s.nis_dof += dof;
+  at_step(sums_.law.nis_at, entry_).add(total / m);
+  if (!outlier) at_step(sums_.clean_nis, entry_).add(total, dof);
+}
+
+void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
+  Vector both;
+  const auto values_at = [&run](std::size_t sensor, std::size_t k) { return run.innovations[sensor].at(k); };
+  for (std::size_t j = 1; j < run.innovations.size(); ++j) {
+    for (std::size_t i = 0; i < j; ++i) {
+      const Sensor &first = layout_.sensors[i], &second = layout_.sensors[j];
+      const Index dim = first.dim + second.dim;
+      if (first.nis_alone || second.nis_alone || dim > SensorPairSums::kLargest) continue;
+      for (std::size_t k = 0; k < run.innovations[j].begins.size(); ++k) {
+        const auto u = values_at(i, k), v = values_at(j, k);
+        if (u.empty() || v.empty() || std::ssize(u) != first.dim || std::ssize(v) != second.dim) continue;
+        both.resize(dim);
+        std::ranges::copy(u, both.begin());
+        std::ranges::copy(v, both.begin() + first.dim);
+        SensorPairSums& pair = sums_.sensor_pair(first.name, second.name, first.dim);
+        if (pair.fits(first.dim, dim)) pair.both.add(both);
+      }
+    }
+  }
+}
+
+void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t sensor) {
+  SensorSums& sums = sums_.sensor(layout_.sensors[sensor]);
+  sums.varies = sums.varies || !run.pieces || sums.sensor.piece != layout_.sensors[sensor].piece;
+  std::vector<double> nis;
+  std::size_t early = 0;  // innovations of the first fifth
+  for (std::size_t k = 0; k < settled_from(run.begins.size()); ++k) early += !run.at(k).empty();
+  for (const auto& [value, dof, noise_share, change] : run.nis) {
+    sums.by_dimension[dof].add(value, dof);
+    const double u = chi_square_cdf(value, static_cast<double>(dof));
+    sums.fit.add(u);
+    sums.far_tail.add(u <= SensorSums::kFarTail);
+    sums.largest_nis = std::max(sums.largest_nis, value);
+    if (!std::isnan(noise_share)) sums.measurement_share.add(noise_share);
+    if (nis.size() >= early) sums.changes.add(1.0 - u, change);
+    nis.push_back(value);
+  }
+  sums.ties.merge(count_ties(std::move(nis)));
+  const auto count_at = [&](std::size_t k) { return run.at(k).size(); };
+  const std::size_t steps = run.begins.size();
+  const std::size_t first = first_of_sensor(settled_from(steps), steps, count_at);
+  const std::size_t interval = interval_of_sensor(first, steps, count_at);
+  const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
+  double level = 0.0;
+  if (layout_.sensors[sensor].nis_alone && first < steps) {
+    const auto settled = std::span(run.values).subspan(run.begins[first]);
+    for (const double value : settled) level += value / static_cast<double>(settled.size());
+  }
+  std::size_t most = 0;
+  Moments scalar_mean;
+  sums.scalar_lags.begin_run();
+  Vector value(1);
+  for (std::size_t k = first; k < steps; k += interval) {
+    const std::size_t count = count_at(k);
+    most = std::max(most, count / d);
+    if (count == 0) {
+      sums.scalar_lags.add_missing();
+      continue;
+    }
+    double sum = -level;
+    for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
+    value[0] = sum / std::sqrt(static_cast<double>(count));
+    sums.scalar_lags.add(value);
+    scalar_mean.add(value[0]);
+    sums.scalar_values.add(value);
+  }
+  if (scalar_mean.count > 0) sums.scalar_run_means.add(Vector::Constant(1, scalar_mean.mean));
+  if (sums.varies) return;
+
+  Vector total = Vector::Zero(static_cast<Index>(d));
+  double pieces = 0.0;
+  for (std::size_t j = 0; j < most; ++j) {
+    sums.lags.begin_run();
+    for (std::size_t k = first; k < steps; k += interval) {
+      if (j >= count_at(k) / d) {
+        sums.lags.add_missing();
+        continue;
+      }
+      const Eigen::Map<const Vector> u(run.values.data() + run.begins[k] + j * d, static_cast<Index>(d));
+      sums.lags.add(u);
+      sums.values.add(u);
+      total += u;
+      pieces += 1.0;
+    }
+  }
+  if (pieces > 0.0) sums.run_means.add(total / pieces);
+}
+
+void EvidenceRecorder::close_runs() {
+  for (OpenRun& run : runs_) close_run(run, true);
+}
+
+void EvidenceRecorder::close_run(OpenRun& run, bool well) {
+  if (!run.open) return;
+  run.open = false;
+  for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run.innovations[i], i);
+  close_sensor_pairs(run);
+  if (well) run.law.add_to(sums_.law, averaged_);
+  if (!well || run.nees.empty()) return;
+  run.score.add_to(sums_.scores);
+  run.lateness.add_to(sums_.lateness);
+  RunSums& runs = sums_.whole_runs;
+  runs.nees_values.merge(run.values);
+  // Of blocks whose covariances are not known the sum is no χ²: the smallest of them bounds its spread.
+  if (!layout_.joint_covariance) {
+    for (const RunSum& block : run.blocks)
+      run.whole.least_dof = std::min(run.whole.least_dof, block.least_dof);
+  }
+  run.whole.add_to(sums_.study.nees_of_runs);
+  run.vehicle.add_to(sums_.study.vehicle_nees_of_runs);
+  runs.nees.push_back(std::move(run.nees));
+  for (std::size_t b = 0; b < run.blocks.size(); ++b) {
+    if (run.squared_error[b].count == 0) continue;
+    BlockSums& sums = sums_of_block(b);
+    sums.squared_error.add(run.squared_error[b].mean);
+    sums.claimed.add(run.claimed[b].mean);
+    run.blocks[b].add_to(sums.runs);
+  }
+  if (const Vector& u = run.last_whitened; u.size() > 0 && u.size() <= kLargestState) {
+    if (runs.last_whitened.count == 0 || runs.last_whitened.mean.size() == u.size()) {
+      runs.last_whitened.add(u);
+    }
+  }
+  if (run.last.error.size() == 0) return;
+  runs.last_error.push_back(std::move(run.last.error));
+  runs.last_covariance.push_back(std::move(run.last.P));
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "analysis/evidence/sums/evidence.h"
+#include "analysis/evidence/sums/step_normaliser.h"
+#include "analysis/laws/correlation/lateness.h"
+#include "core/record/normalised_step.h"
+#include "core/record/step.h"
+#include "montecarlo/engine/engine.h"
+
+namespace credence::internal {
+
+/// Adds the steps of runs to the sums: NEES over the range of P, NIS, and their relatives.
+///
+/// A step whose P or S is not positive semidefinite, not symmetric, or whose error lies where P claims
+/// certainty, is counted as rejected with its reason and never repaired: neither its NEES nor its NIS counts.
+class EvidenceRecorder {
+ public:
+  EvidenceRecorder() = default;
+  /// The next steps are of this layout, and none of a file.
+  explicit EvidenceRecorder(const RunLayout& layout) { begin_file({}, layout); }
+
+  /// The next rows come from this file.
+  void begin_file(const std::filesystem::path& file, const RunLayout& layout);
+  /// The next steps belong to another run.
+  void begin_run() { begin_runs(1); }
+  /// They belong to these many other runs that are played side by side, and end in their order: the sums are
+  /// those of one run after the other, to the bit.
+  void begin_runs(std::int64_t count);
+  /// The next step of the open run, or of the i-th of them.
+  void add(const Step& step, std::size_t i = 0);
+  void add(const NormalisedStep& step, std::size_t i = 0);
+  /// It ended so, at this step.
+  void end_run(Outcome outcome, std::int64_t step, std::size_t i = 0);
+
+  /// The chunks of kChunkRuns runs that are full; the caller merges them in their order.
+  std::vector<Evidence> take_chunks() { return std::exchange(full_, {}); }
+  /// The sums of the last chunk; the next ones begin at nothing.
+  Evidence take();
+
+ private:
+  /// What the steps of an open run leave behind for its end: the normalised innovations of one sensor.
+  struct RunInnovations {
+    struct Nis {
+      double value = 0.0;
+      Index dof = 0;
+      double noise_share = 0.0;
+      double change = 0.0;  ///< of log det P over the step
+    };
+    std::vector<Nis> nis{};             ///< of the steps with a measurement
+    std::vector<double> values{};       ///< whitened, one after the other
+    std::vector<std::size_t> begins{};  ///< of each step in `values`; an empty one had no measurement
+    bool pieces = true;                 ///< all of them can be taken apart
+
+    std::span<const double> at(std::size_t k) const {
+      const std::size_t end = k + 1 < begins.size() ? begins[k + 1] : values.size();
+      return std::span(values).subspan(begins[k], end - begins[k]);
+    }
+  };
+
+  struct OpenRun {
+    bool open = false, first = false;
+    bool few = false;                              ///< it is one of few runs, whose stretches may be compared
+    double log_determinant = kNaN, change = kNaN;  ///< of P at the last step, and over it
+    Index dof = 0;                                 ///< of the state then
+    std::vector<double> nees{};
+    Moments values{};           ///< of NEES
+    RunSum whole{}, vehicle{};  ///< of NEES
+    std::vector<RunSum> blocks{};
+    std::vector<Moments> squared_error{}, claimed{};  ///< of each block
+    std::vector<RunInnovations> innovations{};        ///< of each sensor of the layout
+    BlockError last{};                                ///< of the first block
+    Vector last_whitened{};                           ///< of the whole state
+    RunLaw law{};
+    RunLateness lateness{};
+    std::vector<Index> way_states{};  ///< of the estimates of the way
+    std::array<Vector, 4> way{};      ///< estimates of the last steps, that of way_steps mod 4 the oldest
+    std::size_t way_steps = 0;        ///< so far, of these states
+    RunScore score{};
+  };
+
+  void list_blocks();  ///< in the order of the layout, seen or not
+  BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
+  /// The step that comes next, of any run: its entry.
+  void count(std::int64_t step);
+  void reject(OpenRun& run, const Step& step, std::string_view problem);
+  void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_large(RunLaw& run, const NormalisedStep& step);
+  void add_lateness(OpenRun& run, const NormalisedStep& step) const;
+  void add_scores(OpenRun& run, const NormalisedStep& step) const;
+  void add_traces(const StepPlaces& places, const NormalisedStep& step, StepStatistics& sums) const;
+  void add_innovations(OpenRun& run, const NormalisedStep& step);
+  void add_innovation(OpenRun& run, std::size_t sensor, const NormalisedInnovation& value);
+  void close_run(OpenRun& run, bool well);
+  void close_runs();
+  void close_sensor_pairs(const OpenRun& run);
+  void close_innovations(const RunInnovations& run, std::size_t sensor);
+
+  std::string file_;
+  RunLayout layout_;
+  Evidence sums_;
+  std::vector<Evidence> full_;
+  std::vector<OpenRun> runs_;
+  std::vector<StepPlaces> places_;     ///< of each open run
+  std::int64_t entry_ = 0;             ///< of the step at hand in the series of steps, from 1; 0: none
+  std::vector<std::size_t> block_at_;  ///< of each block of the layout, among those of the sums
+  Index position_ = -1;                ///< the block of the position; −1: there is none
+  bool planar_map_ = false;            ///< the layout has one
+  Index averaged_dim_ = -1;            ///< of the errors whose second moments are taken; −1: of none
+  std::string averaged_;               ///< the block of those errors; "": the state
+  StepNormaliser normaliser_;
+  NormalisedStep normalised_;
+  Vector first_variance_, whitened_;
+};
+
+}  // namespace credence::internal

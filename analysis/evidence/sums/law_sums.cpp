@@ -1,0 +1,180 @@
+#include "analysis/evidence/sums/law_sums.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "analysis/evidence/sums/step_series.h"
+#include "analysis/laws/mean/effective_sample.h"
+
+namespace credence::internal {
+namespace {
+
+/// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
+bool takes_vector(VectorMoments& moments, Index dim) {
+  if (moments.count == 0 || moments.mean.size() == dim) return true;
+  if (moments.mean.size() > dim) return false;
+  moments = {};
+  return true;
+}
+
+/// What holds in either of them; `all` may be empty still.
+void join(const std::vector<bool>& more, std::vector<bool>& all) {
+  all.resize(more.size());
+  for (std::size_t i = 0; i < more.size(); ++i) all[i] = all[i] || more[i];
+}
+
+/// E[m mᵀ] of vectors m.
+Matrix square_of(const VectorMoments& m) {
+  return m.scatter / static_cast<double>(m.count) + m.mean * m.mean.transpose();
+}
+
+}  // namespace
+
+void RunWhitened::add(const Vector& whitened, bool thinned) {
+  constexpr Index kGroupsAtLeast = 32;
+  const Index dim = whitened.size();
+  Vector& sum = group_at_hand(dim);
+  sum += whitened;
+  const Index every = thinned ? std::max<Index>(1, rows_of_group / kGroupsAtLeast) : 1;  // a power of two
+  if ((steps++ & (every - 1)) != 0) return;
+  for (Index j = 0; j < dim; ++j)
+    outer.col(j).tail(dim - j) += static_cast<double>(every) * whitened[j] * whitened.tail(dim - j);
+}
+
+Vector RunWhitened::mean() const {
+  Vector sum = Vector::Zero(outer.rows());
+  for (const Vector& of_group : sums) sum += of_group;
+  return sum / static_cast<double>(steps);
+}
+
+Vector& RunWhitened::group_at_hand(Index dim) {
+  constexpr std::size_t kMostGroups = 64;
+  if (steps == 0) outer = Matrix::Zero(dim, dim);
+  if ((steps & (rows_of_group - 1)) != 0) return sums.back();
+  if (sums.size() == kMostGroups) {
+    for (std::size_t i = 0; i < kMostGroups / 2; ++i) sums[i] = sums[2 * i] + sums[2 * i + 1];
+    sums.resize(kMostGroups / 2);
+    rows_of_group *= 2;
+  }
+  return sums.emplace_back(Vector::Zero(dim));
+}
+
+bool StretchSums::takes(Index dim) {
+  if (square.rows() == dim) return true;
+  if (square.rows() > dim) return false;
+  *this = {};
+  square = Matrix::Zero(dim, dim);
+  return true;
+}
+
+void StretchSums::add(const RunWhitened& run) {
+  constexpr std::size_t kStretches = 10;
+  const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
+  if (groups == 0 || !takes(run.outer.rows())) return;
+  ++runs;
+  square += run.outer / static_cast<double>(run.steps);
+  const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
+  for (std::size_t i = 0; i < kStretches; ++i) {
+    Vector sum = Vector::Zero(run.outer.rows());
+    for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) sum += run.sums[g];
+    means.add(sum / rows);
+  }
+}
+
+void StretchSums::merge(const StretchSums& later) {
+  if (later.runs == 0 || !takes(later.square.rows())) return;
+  runs += later.runs;
+  square += later.square;
+  means.merge(later.means);
+}
+
+bool StretchSums::stand(double effective_rows) const {
+  if (runs == 0) return false;
+  return standing_share(square / static_cast<double>(runs), square_of(means)) >
+         least_standing_share(square.rows(), means.count, effective_rows);
+}
+
+bool StretchSums::stay() const {
+  if (runs == 0) return false;
+  return standing_share(square / static_cast<double>(runs), means.mean * means.mean.transpose()) >
+         kStandingErrors;
+}
+
+bool LawSums::takes(const std::string& of, Index dim) {
+  const Index here = second_moments.dim();
+  if (here == dim && (dim == 0 || averaged == of)) return true;
+  if (here > dim || (here == dim && averaged < of)) return false;
+  averaged = of;
+  second_moments = {};
+  error_means = {};
+  correlated = {};
+  whitened_means = {};
+  return true;
+}
+
+void LawSums::add_whitened(std::int64_t step, const Vector& error) {
+  VectorMoments& here = whitened[step];
+  if (takes_vector(here, error.size())) here.add(error);
+}
+
+void LawSums::merge(const LawSums& later) {
+  if (second_moments.dim() == 0) averaged = later.averaged;
+  if (later.second_moments.dim() > 0 && takes(later.averaged, later.second_moments.dim())) {
+    second_moments.merge(later.second_moments);
+    error_means.merge(later.error_means);
+    join(later.correlated, correlated);
+    whitened_means.merge(later.whitened_means);
+  }
+  stretches.merge(later.stretches);
+  for (const auto& [step, moments] : later.whitened) {
+    VectorMoments& here = whitened[step];
+    if (takes_vector(here, moments.mean.size())) here.merge(moments);
+  }
+  nees_tails.merge(later.nees_tails);
+  nis_tails.merge(later.nis_tails);
+  nis_of_runs.merge(later.nis_of_runs);
+  merge_series(nees_at, later.nees_at);
+  merge_series(nis_at, later.nis_at);
+}
+
+bool LawSums::errors_stand() const {
+  if (whitened_means.count == 0 || whitened_means.mean.size() != second_moments.dim()) return false;
+  return standing_share(mean_of(second_moments), square_of(whitened_means)) > kStandingErrors;
+}
+
+void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector& variance) {
+  const Index dim = whitened.size();
+  if (normalised.size() != dim) {
+    if (averaged.steps > 0) return;  // of fewer states than before: no average of the same thing
+    normalised = Vector::Zero(dim);
+    correlated.assign(static_cast<std::size_t>(dim), false);
+  }
+  // u = L⁻¹ e, P = L Lᵀ: where row j of P is zero before its diagonal u_j = e_j/√P_jj.
+  constexpr double kRounding = 1e-9;
+  for (Index j = 0; j < dim; ++j) {
+    const double alone = error[j] / std::sqrt(variance[j]);
+    normalised[j] += alone;
+    if (!(std::abs(whitened[j] - alone) <= kRounding * std::abs(alone)))
+      correlated[static_cast<std::size_t>(j)] = true;
+  }
+  averaged.add(whitened);
+}
+
+void RunLaw::add_to(LawSums& sums, const std::string& of) const {
+  if (averaged.steps > 0 && sums.takes(of, averaged.outer.rows())) {
+    const auto steps = static_cast<double>(averaged.steps);
+    sums.second_moments.add(averaged.outer / steps);
+    sums.error_means.add(normalised / steps);
+    join(correlated, sums.correlated);
+    sums.whitened_means.add(averaged.mean());
+  }
+  sums.stretches.add(of.empty() && large.steps == 0 ? averaged : large);
+  if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
+  if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
+  if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);
+}
+
+bool is_shape_step(std::int64_t step) { return std::has_single_bit(static_cast<std::uint64_t>(step)); }
+
+}  // namespace credence::internal

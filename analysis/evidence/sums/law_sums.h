@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/second_moments.h"
+#include "analysis/laws/shape/tail_weight.h"
+#include "montecarlo/engine/skewed_moments.h"
+
+/// @file
+/// Sums that tell a covariance that is wrong from errors that are not Gaussian, and a direction of P that is
+/// wrong from a common factor. Units are whole runs, or the runs at one step.
+
+namespace credence::internal {
+
+/// The whitened errors u of an open run.
+struct RunWhitened {
+  Matrix outer{};  ///< Σ u uᵀ, its lower triangle; of a thinned one each row for those after it
+  std::vector<Vector> sums{};  ///< Σ u of successive groups of rows, the last one not full
+  Index rows_of_group = 1;     ///< a power of two
+  Index steps = 0;
+
+  /// thinned: of a run of more than 2048 rows only some are taken for `outer`, evenly over the run.
+  void add(const Vector& whitened, bool thinned = false);
+  /// Over all rows.
+  Vector mean() const;
+
+ private:
+  /// The sum of the group of rows that the next one belongs to; of a long run they are joined by twos.
+  Vector& group_at_hand(Index dim);
+};
+
+/// Averages over tenths of runs, of the whitened errors of the whole state: whether one lasts for a tenth.
+struct StretchSums {
+  static constexpr Index kLargest = 200;         ///< a larger state is looked at by its first ones
+  static constexpr std::int64_t kMostRuns = 19;  ///< of more no stretches are compared (stretch_averages)
+
+  std::int64_t runs = 0;
+  Matrix square{};        ///< Σ over the runs of the average of u uᵀ, its lower triangle
+  VectorMoments means{};  ///< of the averages
+
+  /// Of a run of fewer than ten rows nothing; of files with other states those with most count.
+  void add(const RunWhitened& run);
+  void merge(const StretchSums& later);
+  /// Whether an error lasts for tenths of the runs, or nearly so: these are then not independent, however
+  /// short the correlation time of NEES is, which an error that lasts hardly shows among many that do not.
+  /// effective_rows: that the NEES of the runs is worth.
+  bool stand(double effective_rows) const;
+  /// Whether one stays as it is over all of one run.
+  bool stay() const;
+
+ private:
+  bool takes(Index dim);
+};
+
+/// Of all runs.
+struct LawSums {
+  /// A larger state is looked at by its first block. Of a study of many runs of more than twelve states the
+  /// steps that are whitened (is_whitened) are averaged.
+  static constexpr Index kLargestAveraged = 24;
+  static constexpr Index kLargestShape = 24;
+
+  std::string averaged{};                            ///< the block that second_moments is of; "": the state
+  SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
+  VectorMoments error_means{};                       ///< of the errors over their σ, averaged over each run
+  std::vector<bool> correlated{};                    ///< of each such state: P claims it to be, at some step,
+                                                     ///< with one before it
+  VectorMoments whitened_means{};                    ///< of the whitened errors, averaged over each run
+  StretchSums stretches{};                           ///< of the whole state
+  std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
+  SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
+  SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
+  std::vector<SkewedMoments> nees_at{}, nis_at{};    ///< NEES / dof and NIS / dof at each step over the runs
+
+  void merge(const LawSums& later);
+  /// Whether the averages over a run of `dim` states of the block `of` ("": the state) are added up here.
+  /// Files may have other states: what has most of them counts, and what was there of fewer is dropped.
+  bool takes(const std::string& of, Index dim);
+  /// Adds the whitened error of the whole state at a step; of files with other states those with most count.
+  void add_whitened(std::int64_t step, const Vector& error);
+  /// Whether an error stays as it is over the runs (standing_share), so that their stretches tell no more
+  /// than they do: of what is averaged.
+  bool errors_stand() const;
+};
+
+/// Of the run at hand.
+struct RunLaw {
+  RunWhitened averaged{};          ///< of the state, or of the first block of a large one
+  RunWhitened large{};             ///< of a state of more than twelve, of few runs
+  Vector normalised{};             ///< Σ e_i / √P_ii of what is averaged
+  std::vector<bool> correlated{};  ///< as LawSums::correlated
+  RunTails nees_tails{}, nis_tails{};
+  double nis = 0.0, nis_dof = 0.0;
+
+  /// Of a covariance of full rank.
+  void add_error(const Vector& whitened, const Vector& error, const Vector& variance);
+  /// The run ended well; `of` is the block of the errors, "" for the state.
+  void add_to(LawSums& sums, const std::string& of) const;
+};
+
+/// Whether the shape of P is looked at: at few steps, so that each is tested at nearly the full level, and
+/// densely at the start, where P changes.
+bool is_shape_step(std::int64_t step);
+
+}  // namespace credence::internal

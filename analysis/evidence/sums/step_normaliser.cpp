@@ -1,0 +1,230 @@
+#include "analysis/evidence/sums/step_normaliser.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/laws/correlation/lateness.h"
+#include "core/record/certain_states.h"
+#include "core/record/normalised_error.h"
+#include "core/record/take_block.h"
+
+namespace credence::internal {
+void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& layout) {
+  if (step_states == states && of_block.size() == layout.blocks.size()) return;
+  states = step_states;
+  of_block.resize(layout.blocks.size());
+  std::vector<Index> place(layout.states.size(), -1);
+  angles.clear();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto state = static_cast<std::size_t>(states[i]);
+    place[state] = static_cast<Index>(i);
+    if (layout.angles[state]) angles.push_back(static_cast<Index>(i));
+  }
+  for (std::size_t b = 0; b < of_block.size(); ++b) {
+    of_block[b].clear();
+    for (const Index state : layout.blocks[b].states) {
+      if (const Index at = place[static_cast<std::size_t>(state)]; at >= 0) of_block[b].push_back(at);
+    }
+  }
+}
+
+Index position_block(const RunLayout& layout) {
+  const auto found = std::ranges::find(layout.blocks, Part::position, &Block::part);
+  return found == layout.blocks.end() || !layout.has_truth ? -1 : found - layout.blocks.begin();
+}
+
+namespace {
+
+bool is_planar_pose(const Block& block) { return block.part == Part::pose && block.states.size() == 3; }
+bool is_planar_landmark(const Block& block) {
+  return block.part == Part::landmark && block.states.size() == 2;
+}
+
+}  // namespace
+
+bool has_planar_map(const RunLayout& layout) {
+  return layout.has_truth && std::ranges::any_of(layout.blocks, is_planar_pose) &&
+         std::ranges::any_of(layout.blocks, is_planar_landmark);
+}
+
+void StepNormaliser::take_moving(const Step& step, const RunLayout& layout, const StepPlaces& at,
+                                 NormalisedStep& normalised) {
+  MovingPart& moving = normalised.moving;
+  moving.places.clear();
+  if (step.states.empty() || !layout.componentwise || step.estimate.size() != step.error.size()) {
+    normalised.estimate.resize(0);
+    return;
+  }
+  normalised.estimate = step.estimate;
+  const auto position = position_block(layout);
+  if (has_planar_map(layout)) {
+    const std::vector<Index>* pose = nullptr;
+    std::vector<const std::vector<Index>*> landmarks;
+    for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+      if (is_planar_pose(layout.blocks[b])) pose = &at.of_block[b];
+      if (is_planar_landmark(layout.blocks[b])) landmarks.push_back(&at.of_block[b]);
+    }
+    const auto landmark = [&](Index i) -> const std::vector<Index>& {
+      return *landmarks[static_cast<std::size_t>(i)];
+    };
+    const Index chosen =
+        landmark_in_turn(step.step, std::ssize(landmarks), [&](Index i) { return landmark(i).size() == 2; });
+    if (pose->size() != 3 || chosen < 0) return;
+    moving.places = *pose;
+    moving.places.insert(moving.places.end(), landmark(chosen).begin(), landmark(chosen).end());
+  } else if (position >= 0) {
+    moving.places = at.of_block[static_cast<std::size_t>(position)];
+    if (moving.places.size() != layout.blocks[static_cast<std::size_t>(position)].states.size())
+      moving.places.clear();
+  } else if (layout.joint_covariance && step.states.size() == layout.states.size()) {
+    for (Index i = 0; i < step.error.size(); ++i) {
+      if (!std::isnan(step.estimate[i])) moving.places.push_back(i);
+    }
+    if (std::ssize(moving.places) > RunLateness::kLargest) moving.places.clear();
+  }
+  const auto is_error_alone = [&](Index at) { return std::isnan(step.estimate[at]); };
+  if (std::ranges::any_of(moving.places, is_error_alone)) moving.places.clear();
+  take_block(step.error, step.P, moving.places, moving.error, moving.P);
+}
+
+void StepNormaliser::Solved::clear() {
+  of.value = 0.0;
+  of.dof = -1;
+  factorised = false;
+  problem = {};
+}
+
+void StepNormaliser::Solved::normalise(const VectorRef& e, const MatrixRef& covariance) {
+  clear();
+  // The common case, with the arithmetic of the engine.
+  if ((covariance.diagonal().array() > 0.0).all()) {
+    const NeesValue nees = solver.solve(e, covariance);
+    if (nees.dof >= 0 && std::isfinite(nees.value) && solver.well_conditioned(covariance)) {
+      factorised = true;
+      of.value = nees.value;
+      of.whitened = solver.whitened();
+      of.dof = nees.dof;
+      return;
+    }
+  }
+  const NormalisedError general = normalised_error(e, covariance);
+  if (!general.ok) {
+    problem = general.reason;
+  } else if (!std::isfinite(general.value)) {
+    problem = std::isfinite(general.whitened.squaredNorm()) ? "an error where the covariance claims certainty"
+                                                            : "an error too large to be squared";
+  } else {
+    of.value = general.value;
+    of.whitened = general.whitened;
+    of.dof = general.dof;
+  }
+}
+
+void StepNormaliser::Solved::normalise(double e, double variance) {
+  const double u = e / std::sqrt(variance), squared = u * u;
+  if (!(variance > 0.0) || !std::isfinite(squared)) {
+    normalise(Vector::Constant(1, e), Matrix::Constant(1, 1, variance));
+    return;
+  }
+  clear();
+  of.value = squared;
+  of.whitened.resize(1);
+  of.whitened[0] = u;
+  of.dof = 1;
+}
+
+std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
+                                           const StepPlaces& places, NormalisedStep& normalised) {
+  find_certain_states(step.estimate, step.error, step.P, certain_);
+  if (certain_.empty()) return normalise_known(step, layout, places, normalised);
+  Step known = step;
+  make_certain(certain_, known.error, known.P);
+  return normalise_known(known, layout, places, normalised);
+}
+
+std::string_view StepNormaliser::normalise_known(const Step& step, const RunLayout& layout,
+                                                 const StepPlaces& places, NormalisedStep& normalised) {
+  normalised.step = step.step;
+  normalised.states = step.states;
+  normalised.error = step.error;
+  normalised.variance = step.P.diagonal();
+  take_moving(step, layout, places, normalised);
+  const std::string_view problem = normalise_state(step, layout, places, normalised);
+  return problem.empty() ? normalise_innovations(step, layout, normalised) : problem;
+}
+
+std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayout& layout,
+                                                 const StepPlaces& at, NormalisedStep& normalised) {
+  NormalisedVector& whole = normalised.whole;
+  whole.value = 0.0;
+  whole.dof = -1;
+  normalised.log_determinant = kNaN;
+  blocks_.resize(layout.blocks.size());
+  normalised.blocks.assign(layout.blocks.size(), {});
+  if (step.states.empty()) return {};
+  if (layout.joint_covariance) {
+    state_.normalise(step.error, step.P);
+    if (!state_.problem.empty()) return state_.problem;
+    whole = state_.of;
+    if (state_.factorised) normalised.log_determinant = state_.solver.log_determinant();
+  } else {
+    whole.dof = 0;
+  }
+  const Index position = position_block(layout);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::vector<Index>& places = at.of_block[b];
+    Solved& block = blocks_[b];
+    block.clear();
+    const bool all = std::ssize(places) == step.error.size() && layout.joint_covariance;
+    const bool single = places.size() == 1;
+    if (b == 0 || static_cast<Index>(b) == position || !(all || single))
+      take_block(step.error, step.P, places, block.block.error, block.block.P);
+    if (places.empty()) continue;
+    if (all) {
+      block.of = state_.of;
+    } else if (single) {
+      block.normalise(step.error[places[0]], step.P(places[0], places[0]));
+    } else {
+      block.normalise(block.block.error, block.block.P);
+    }
+    if (!block.problem.empty()) return block.problem;
+    normalised.blocks[b] = block.of;
+    if (layout.joint_covariance) continue;
+    whole.value += block.of.value;
+    whole.dof += block.of.dof;
+  }
+  if (!blocks_.empty()) {
+    normalised.first = blocks_.front().block;
+    normalised.first_whitened = blocks_.front().of.whitened;
+  }
+  if (position >= 0) normalised.position = blocks_[static_cast<std::size_t>(position)].block;
+  return {};
+}
+
+std::string_view StepNormaliser::normalise_innovations(const Step& step, const RunLayout& layout,
+                                                       NormalisedStep& normalised) {
+  innovations_.resize(step.innovations.size());
+  normalised.innovations.resize(step.innovations.size());
+  for (std::size_t i = 0; i < step.innovations.size(); ++i) {
+    const Innovation& innovation = step.innovations[i];
+    NormalisedInnovation& value = normalised.innovations[i];
+    value.dof = -1;
+    value.noise_share = kNaN;
+    if (innovation.nu.size() == 0) continue;
+    Solved& solved = innovations_[i];
+    solved.normalise(innovation.nu, innovation.S);
+    if (!solved.problem.empty()) return "S of an innovation is not positive semidefinite";
+    static_cast<NormalisedVector&>(value) = solved.of;
+    value.nu = innovation.nu;
+    if (!solved.factorised) continue;
+    const std::vector<double>& variances = layout.sensors[i].variances;
+    if (innovation.R.size() > 0) {
+      value.noise_share = solved.solver.noise_share(innovation.S, innovation.R);
+    } else if (!variances.empty()) {
+      value.noise_share = solved.solver.noise_share(variances);
+    }
+  }
+  return {};
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,77 @@
+#include "analysis/evidence/verdicts/accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "analysis/laws/mean/student_positive_mean.h"
+
+namespace credence::internal {
+namespace {
+
+/// "m" or "rad"; nothing where a block mixes angles and others.
+std::optional<std::string_view> unit_of(const Block& block, const RunLayout& layout) {
+  if (block.part == Part::position || block.part == Part::map) return "m";
+  const auto is_angle = [&](Index state) {
+    return std::cmp_less(state, layout.angles.size()) && layout.angles[static_cast<std::size_t>(state)];
+  };
+  const auto angles = std::ranges::count_if(block.states, is_angle);
+  if (block.part == Part::heading || angles == std::ssize(block.states)) return "rad";
+  if (angles > 0) return std::nullopt;
+  return "";
+}
+
+}  // namespace
+
+MeanInterval efficiency(double bound, MeanInterval squared) {
+  if (std::isnan(bound) || squared.count == 0 || !(squared.mean > 0.0)) return {};
+  const double relative = squared.standard_error / squared.mean;
+  std::swap(squared.lower, squared.upper);
+  for (double* value : {&squared.mean, &squared.lower, &squared.upper}) *value = bound / *value;
+  squared.standard_error = relative * squared.mean;
+  return squared;
+}
+
+MeanInterval BlockAccuracy::efficiency() const {
+  return credence::internal::efficiency(bound, squared_error);
+}
+
+std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confidence) {
+  std::vector<BlockAccuracy> all;
+  for (const Block& block : evidence.layout.blocks) {
+    if (block.part == Part::pose || block.part == Part::landmark) continue;
+    const auto sums = std::ranges::find(evidence.blocks, block.name, &BlockSums::name);
+    const auto unit = unit_of(block, evidence.layout);
+    if (!unit || sums == evidence.blocks.end() || sums->squared_error.count == 0) continue;
+    if (sums->squared_error.mean == 0.0 && sums->claimed.mean == 0.0) continue;  // known exactly
+    all.push_back({.of = block.name,
+                   .unit = *unit,
+                   .squared_error = positive_mean_interval(sums->squared_error, confidence),
+                   .claimed = sums->claimed.mean});
+  }
+  return all;
+}
+
+void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, Index landmarks,
+               double confidence, std::vector<BlockAccuracy>& accuracy) {
+  for (const BoundCurve& curve : bound.blocks) {
+    const auto block = std::ranges::find(accuracy, curve.block, &BlockAccuracy::of);
+    if (block == accuracy.end()) continue;
+    if (!std::isnan(curve.mean_bound())) {
+      block->bound = curve.mean_bound();
+      block->at_truth = curve.mean_at_truth();
+    } else if (const Moments& squared = statistics.steps.back()[Quantity::landmark_error_squared];
+               squared.count > 0 && !std::isnan(curve.bound.back())) {
+      const double claimed = statistics.steps.back()[Quantity::trace_landmarks].mean;
+      BlockAccuracy last{.of = block->of + ", last step",
+                         .unit = block->unit,
+                         .squared_error = positive_mean_interval(squared, confidence),
+                         .claimed = claimed / static_cast<double>(landmarks),
+                         .at_truth = curve.at_truth.back(),
+                         .bound = curve.bound.back()};
+      accuracy.insert(block + 1, std::move(last));
+    }
+  }
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,324 @@
+#include "analysis/evidence/verdicts/judgement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "analysis/evidence/causes/cause_findings.h"
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/evidence/verdicts/judgement_settling.h"
+#include "analysis/evidence/verdicts/judgement_tests.h"
+#include "analysis/evidence/verdicts/series_verdicts.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+/// Of a few long runs; empty where only whole ones are compared.
+SkewedMoments stretches_of(const Evidence& e, const StudyStatistics& s) {
+  const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
+  if (!all) return {};
+  const StretchAverages stretches = stretch_averages(e.whole_runs.nees);
+  const bool stand = stretches.averages.count > 0 && e.law.stretches.stand(stretches.effective_rows);
+  return stand ? SkewedMoments{} : stretches.averages;
+}
+
+/// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.
+ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, const SkewedMoments& averages,
+                               double confidence) {
+  const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
+  if (averages.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
+  const RunAverages stretches{.moments = averages, .first = {}, .least_dof = s.nees_of_runs.least_dof};
+  ConsistencyVerdict v = judge_state(e, nees, confidence, &stretches);
+  v.method += fmt::format("; of {} runs their {} stretches, longer than ten correlation times each",
+                          s.nees_of_runs.moments.count, stretches.moments.count);
+  return v;
+}
+
+/// The verdict on the NIS of one sensor.
+ConsistencyVerdict judge_sensor_nis(const SensorSums& s, const std::optional<GateFound>& gate,
+                                    const StepSeries& nis, double confidence) {
+  if (!gate) return judge_nis(nis.moments, nis.dof, confidence);
+  return judge_gated_nis(nis.moments, static_cast<double>(s.by_dimension.begin()->first), gate->nis,
+                         confidence);
+}
+
+/// Each sensor's NIS has its own law, so the verdict on all is theirs together, by the union bound.
+void join_sensors(const std::vector<SensorJudgement>& sensors, ConsistencyVerdict& v) {
+  if (v.verdict == Verdict::undecided) return;
+  double optimistic = 1.0, pessimistic = 1.0, tested = 0.0;
+  for (const SensorJudgement& sensor : sensors) {
+    if (sensor.nis.verdict == Verdict::undecided) continue;
+    optimistic = std::min(optimistic, sensor.nis.optimistic_p_value);
+    pessimistic = std::min(pessimistic, sensor.nis.pessimistic_p_value);
+    tested += 1.0;
+  }
+  if (tested == 0.0) return;
+  const double alpha = 1.0 - v.confidence;
+  v.optimistic_p_value = std::min(1.0, tested * optimistic);
+  v.pessimistic_p_value = std::min(1.0, tested * pessimistic);
+  v.p_value = std::min(v.optimistic_p_value, v.pessimistic_p_value);
+  v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
+  v.decided_by_sensors = true;
+  v.method += "; the verdict is that of the sensors one by one, Bonferroni over them";
+}
+
+void judge_verdicts(const Evidence& e, const StudyStatistics& s, const SkewedMoments& stretches,
+                    Judgement& j) {
+  j.nees = judge_study(e, s, stretches, j.confidence);
+  j.vehicle_nees = judge_vehicle(s, j.confidence);
+  const StepSeries nis{s.series(Quantity::nis), s.dofs(Quantity::nis)};
+  j.nis = e.sensors.size() == 1 ? judge_sensor_nis(e.sensors[0], j.sensors[0].gate, nis, j.confidence)
+                                : judge_all_sensors(e, nis, j.confidence);
+  if (e.sensors.size() > 1) join_sensors(j.sensors, j.nis);
+}
+
+void judge_blocks(const Evidence& e, const JudgementContext& context, Judgement& j) {
+  const std::size_t steps = e.study.steps.size();
+  for (const BlockSums& block : e.blocks) {
+    // A map of one landmark is that landmark.
+    const bool single =
+        block.part == Part::map && std::ranges::count(e.blocks, Part::landmark, &BlockSums::part) == 1;
+    if (single) continue;
+    const StepSeries s = series_of(block.nees, steps);
+    j.blocks.push_back({block.name, judge_nees(s.moments, s.dof, j.confidence, &block.runs)});
+  }
+  if (j.blocks.size() < 2) j.blocks.clear();
+  if (j.blocks.empty()) return;
+  // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
+  const bool all = context.all_runs == nullptr;
+  j.responsible = responsible_block(
+      all ? j.nees : judge_study(e, e.study, stretches_of(e, e.study), j.confidence), j.blocks);
+}
+
+CoverageVerdict judge_region(const CoverageSums::Region& region, double confidence) {
+  std::vector<double> expected;
+  for (std::size_t k = 0; k < region.count.size(); ++k) {
+    const auto total = static_cast<double>(region.count[k].total);
+    expected.push_back(total > 0.0 ? std::min(1.0, region.expected[k] / total) : 0.0);
+  }
+  return judge_coverage(region.count, expected, confidence);
+}
+
+/// A gate, where that many empty bins at the top cannot be chance and the rest is not clearly of another law:
+/// of a filter whose gate is not seen NIS are too small.
+std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
+  constexpr double kFewest = 8.0;  // values expected beyond; none there has probability 3e-4
+  constexpr double kMisfit = 0.1;  // of the level
+  if (s.by_dimension.size() != 1) return std::nullopt;
+  const std::vector<std::int64_t>& counts = s.fit.counts();
+  std::size_t used = counts.size();
+  while (used > 0 && counts[used - 1] == 0) --used;
+  const auto values = static_cast<double>(s.fit.count());
+  const double expected =
+      values * static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
+  if (used < 2 || expected < kFewest) return std::nullopt;
+  const GoodnessOfFit fit = test_uniform(UniformHistogram(std::span(counts).first(used), s.fit.invalid()));
+  if (!(fit.anderson_p_value > kMisfit * (1.0 - confidence))) return std::nullopt;
+  return GateFound{s.largest_nis, expected, fit.anderson_p_value};
+}
+
+/// Values with so few digits that their steps would be taken for another law: with n values on a grid of G
+/// places, some n/G of them are equal to another, and steps of 1/G show to the test from about 0.1/√n on.
+bool is_rounded(const CoverageCount& ties) {
+  constexpr double kShare = 0.1;
+  constexpr std::int64_t kFewest = 20;
+  return ties.total >= kFewest && static_cast<double>(ties.inside) > kShare * static_cast<double>(ties.total);
+}
+
+SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence) {
+  SensorJudgement result;
+  result.name = s.sensor.name;
+  result.of_sum = s.varies;
+  const StepSeries nis = series_of(s.nis, steps);
+  result.gate = find_gate(s, confidence);
+  result.nis = judge_sensor_nis(s, result.gate, nis, confidence);
+  result.whiteness = test_whiteness(s.varies ? s.scalar_lags : s.lags, confidence);
+  const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
+  const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
+  if (s.sensor.nis_alone) {
+    result.mean = {.p_value = kNaN, .reason = "NIS alone has no sign"};
+  } else {
+    result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
+  }
+  result.fit = test_uniform(s.fit);
+  if (is_rounded(s.ties)) {
+    result.fit.kolmogorov_p_value = result.fit.anderson_p_value = kNaN;
+    result.fit.reason = "not tested: the values are rounded, as many are equal to another";
+  }
+  result.histogram = s.fit.counts();
+  return result;
+}
+
+void judge_scales(const Evidence& e, Judgement& j) {
+  j.scale_covariance = scale_of_covariance(j.nees);
+  const double alpha = 1.0 - j.confidence;
+  const auto shared = [alpha](const SensorPairJudgement& p) { return p.correlation.p_value <= alpha; };
+  j.scale_innovation = std::ranges::any_of(j.law.sensor_pairs, shared)
+                           ? no_scale("sensors of the same step are correlated")
+                           : scale_of_innovation(j.nis);
+  Moments share;
+  for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
+  j.scale_measurement_noise = share.count > 0 && share.mean > 0.0
+                                  ? scale_of_measurement_noise(j.scale_innovation, std::min(1.0, share.mean))
+                                  : no_scale(share.count > 0 ? "R is zero" : "R is not known");
+}
+
+void judge_ends(const Evidence& e, Judgement& j) {
+  const RunSums& runs = e.whole_runs;
+  const Index n = runs.last_error.empty() ? 0 : runs.last_error.front().size();
+  const auto same = [n](const Vector& error) { return error.size() == n; };
+  const bool enough = std::ssize(runs.last_error) > n && std::ranges::all_of(runs.last_error, same);
+  j.credibility = n > 0 && enough
+                      ? credibility_index(runs.last_error, runs.last_covariance, j.confidence)
+                      : CredibilityIndex{.reason = "fewer whole runs than the vehicle has dimensions"};
+  j.error_correlation = test_error_correlation(runs.last_whitened);
+  j.position = j.heading = j.landmark = rmse_interval({}, j.confidence);
+  for (const BlockSums& block : e.blocks) {
+    if (block.part == Part::other || block.part == Part::pose || block.part == Part::landmark) continue;
+    RmseInterval& rmse = block.part == Part::position  ? j.position
+                         : block.part == Part::heading ? j.heading
+                                                       : j.landmark;
+    rmse = rmse_interval(block.squared_error, j.confidence);
+  }
+  j.accuracy = block_accuracy(e, j.confidence);
+}
+
+void judge_sensitivity(const Evidence& e, Judgement& j) {
+  const StepSeries nees = series_of(e.clean_nees, e.study.steps.size());
+  const StepSeries nis = series_of(e.clean_nis, e.study.steps.size());
+  j.sensitivity = SensitivityJudgement{.nees_outliers = e.nees_outliers,
+                                       .nis_outliers = e.nis_outliers,
+                                       .nees = judge_state(e, nees, j.confidence),
+                                       .nis = judge_all_sensors(e, nis, j.confidence)};
+}
+
+/// Which steps of the runs the steps judged are.
+void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j) {
+  j.step_stride = e.step_stride;
+  const auto name = [&](ConsistencyVerdict& v) {
+    v.step_stride = e.step_stride;
+    v.times = context.times;
+  };
+  for (BlockVerdict& block : j.blocks) name(block.verdict);
+  for (SensorJudgement& sensor : j.sensors) name(sensor.nis);
+  if (context.all_runs != nullptr) return;  // whose steps are all there
+  name(j.nees);
+  name(j.nis);
+  if (j.vehicle_nees) name(*j.vehicle_nees);
+}
+
+/// By their numbers among all runs, of which the evidence has those that ended well.
+LostRuns lost_runs_of(const Evidence& e) {
+  if (!e.has_truth || !e.joint_covariance || e.whole_runs.nees.empty()) return {};
+  LostRuns lost = find_lost_runs(e.whole_runs.nees, static_cast<double>(e.study.nees_of_runs.least_dof));
+  for (LostRun& run : lost.runs) {
+    for (const RunFailure& failure : e.study.failures) run.run += failure.run <= run.run ? 1 : 0;
+  }
+  return lost;
+}
+
+/// NEES, NIS of each sensor, the blocks, and the directions of P.
+Word word_of(const Evidence& e, const Judgement& j) {
+  std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
+  if (j.sensors.size() > 1) {
+    const double each = parts[1].weight / static_cast<double>(j.sensors.size());
+    parts.erase(parts.begin() + 1);
+    for (const SensorJudgement& s : j.sensors)
+      parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
+  }
+  ConsistencyVerdict directions;
+  const SecondMomentJudgement& second = j.law.second_moments;
+  if (second.test.reason.empty()) {
+    directions.optimistic_p_value = second.test.p_value.optimistic;
+    directions.pessimistic_p_value = second.test.p_value.pessimistic;
+    directions.steps_tested = std::ssize(e.study.steps);
+    directions.count = second.test.runs;
+    directions.verdict = Verdict::consistent;
+    parts.push_back({"the direction of " + second.worst, &directions, kWordDirections, true});
+  }
+  Word word = join_verdicts(parts, j.confidence);
+  if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
+    word.of_lost_runs = true;
+    const bool alone = j.lost.others_are_right();
+    word.says = fmt::format("{}{} {}{}", to_string(word.verdict), alone ? " in" : ", above all in",
+                            names_of(j.lost), alone ? " alone" : "");
+    if (j.lost.runs.size() == 1) word.says += fmt::format(", from its row {} on", j.lost.runs.front().row);
+  } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
+    word.verdict = Verdict::not_gaussian;
+    word.says = "the covariance is right, the errors are not Gaussian (heavy tails)";
+  }
+  return word;
+}
+
+}  // namespace
+
+Judgement judge(const Evidence& e, const JudgementContext& context) {
+  Judgement j;
+  j.runs = e.study.runs;
+  j.confidence = context.confidence;
+  for (const SensorSums& sensor : e.sensors) {
+    j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence));
+  }
+  const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
+  const SkewedMoments stretches = stretches_of(e, all);
+  judge_verdicts(e, all, stretches, j);
+  judge_blocks(e, context, j);
+  name_steps(e, context, j);
+  for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
+  }
+  judge_ends(e, j);
+  j.law = judge_law(e, all, j.confidence, context.margin);
+  j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
+  judge_scales(e, j);
+  j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, stretches, j)
+                                                : settle(j.nees, false, j.effective_steps);
+  j.settle_nis = settle(j.nis, true, j.effective_steps);
+  if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
+    judge_single_run(e, j);
+  j.lost = lost_runs_of(e);
+  j.word = word_of(e, j);
+  if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
+    leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
+    j.word = word_of(e, j);
+  }
+  if (!is_inconsistent(j.word.verdict)) {
+    j.responsible = {};
+    j.lost = {};
+  }
+  if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
+  j.tests = list_tests(e, j);
+  j.causes = find_causes(findings_of(e, j));
+  if (context.sensitivity) judge_sensitivity(e, j);
+  return j;
+}
+
+std::string_view to_string(Exactness exactness) {
+  switch (exactness) {
+    case Exactness::exact:
+      return "exact";
+    case Exactness::approximate:
+      return "approximate";
+    case Exactness::conservative:
+      return "conservative";
+  }
+  return "unknown";
+}
+
+std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& s, double confidence) {
+  constexpr double kPoseDof = 3.0;
+  if (s.vehicle_nees_of_runs.moments.count == 0) return std::nullopt;
+  const std::vector<Moments> pose = s.series(Quantity::vehicle_nees);
+  std::vector<double> dof;
+  dof.reserve(pose.size());
+  for (const Moments& m : pose) dof.push_back(kPoseDof * static_cast<double>(m.count));
+  return judge_nees(pose, dof, confidence, &s.vehicle_nees_of_runs);
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,152 @@
+#include "analysis/evidence/verdicts/judgement_settling.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "analysis/evidence/causes/advice.h"
+#include "analysis/evidence/sums/effective_steps.h"
+#include "analysis/laws/correlation/thinned_series.h"
+#include "analysis/laws/mean/run_mean.h"
+#include "analysis/laws/mean/student_positive_mean.h"
+#include "analysis/laws/sample_size.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+VerdictDesign design_of(const ConsistencyVerdict& v, double runs, bool white, double effective_steps) {
+  const auto steps = static_cast<double>(std::max<std::int64_t>(1, v.steps_tested));
+  const double effective = std::isfinite(effective_steps) ? std::clamp(effective_steps, 1.0, steps) : 1.0;
+  return {.steps = steps,
+          .dof_per_step = std::max(1e-9, v.dof / (steps * runs)),
+          .confidence = v.confidence,
+          .white = white,
+          .effective_steps = white ? steps : effective};
+}
+
+/// By what factors P may be wrong for the averages of stretches or runs, whose mean at the level of the
+/// verdict is `decides`, to show it with kSettlingPower: the mean is as far below that factor as it is in one
+/// of 1 − kSettlingPower. Runs like these tell more by the root of their number.
+SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& decides,
+                             const MeanInterval& spread, double runs) {
+  const double square = decides.mean * decides.mean;
+  SettlingRuns result{.observed_factor = decides.mean,
+                      .detectable = {.below = square / (decides.upper * spread.upper),
+                                     .above = square / (decides.lower * spread.lower)}};
+  const double seen = std::log(decides.mean);
+  if (v.verdict != Verdict::consistent) {
+    result.reason = "the verdict is there";
+  } else if (std::abs(seen) < 1e-4) {
+    result.reason = "nothing deviates";
+  } else {
+    const double ratio = std::log(seen > 0.0 ? result.detectable.above : result.detectable.below) / seen;
+    result.runs = static_cast<std::int64_t>(std::ceil(std::min(runs * ratio * ratio, 1e15)));
+  }
+  return result;
+}
+
+}  // namespace
+
+double effective_steps_of(const RunSums& runs, std::size_t steps) {
+  constexpr std::size_t kEnough = 50;
+  const auto whole = [steps](const std::vector<double>& run) { return run.size() == steps; };
+  if (runs.nees.size() < kEnough || steps < 2 || !std::ranges::all_of(runs.nees, whole)) return kNaN;
+  return measured_effective_steps(runs.nees);
+}
+
+SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_steps) {
+  if (v.steps_tested == 0) return {.detectable = {}, .reason = "no data"};
+  const double runs = static_cast<double>(v.count) / static_cast<double>(v.steps_tested);
+  return runs_to_settle(v, design_of(v, runs, white, effective_steps), runs, kSettlingPower);
+}
+
+SettlingRuns settle_unknown(const StudyStatistics& s, const SkewedMoments& stretches, const Judgement& j) {
+  SettlingRuns result = settle(j.nees, false, kNaN);
+  const SkewedMoments& averages = stretches.count > 0 ? stretches : s.nees_of_runs.moments;
+  if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
+  const Moments plain{.count = averages.count, .mean = averages.mean, .m2 = averages.m2};
+  const SettlingRuns by_mean = settle_averages(
+      j.nees,
+      run_mean_interval(averages, 0.5 * (1.0 + j.confidence), static_cast<double>(s.nees_of_runs.least_dof)),
+      positive_mean_interval(plain, 2.0 * kSettlingPower - 1.0),
+      static_cast<double>(s.nees_of_runs.moments.count));
+  if (by_mean.detectable.above > 1.0)
+    result.detectable.above = std::min(result.detectable.above, by_mean.detectable.above);
+  if (by_mean.detectable.below < 1.0)
+    result.detectable.below = std::max(result.detectable.below, by_mean.detectable.below);
+  if (by_mean.runs > 0) result.runs = std::min(result.runs, by_mean.runs);
+  return result;
+}
+
+void leave_open(const Evidence& e, Judgement& j) {
+  ConsistencyVerdict& v = j.nees;
+  v.verdict = Verdict::consistent;
+  j.settle_nees = settle(v, false, j.effective_steps);
+  v.verdict = Verdict::undecided;
+  const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
+  v.reason = stands ? fmt::format("in one run an error that {} cannot be told from a wrong P",
+                                  e.law.stretches.stay()
+                                      ? fmt::format("stays as it is over all {} rows", e.first_run.size())
+                                      : fmt::format("lasts for a tenth of the {} rows", e.first_run.size()))
+                    : fmt::format("one run of {} row{} is worth {:.3g} independent ones, too few to decide",
+                                  e.first_run.size(), e.first_run.size() == 1 ? "" : "s", j.effective_steps);
+  if (j.settle_nees.runs > 0) {
+    v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
+                            j.settle_nees.runs, j.settle_nees.observed_factor);
+  }
+}
+
+void judge_single_run(const Evidence& e, Judgement& j) {
+  const ThinnedSeries series = thinned(e.first_run);
+  if (j.nees.verdict == Verdict::undecided || series.values.empty()) return;
+  ConsistencyVerdict& v = j.nees;
+  SingleRunJudgement single;
+  // Two tests by the union bound, each at half the level.
+  const double half = 1.0 - 0.5 * (1.0 - j.confidence);
+  const std::vector<TimeAverageTest> averages =
+      test_single_run(series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0});
+  single.time_average = averages[0];
+  single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
+  single.sample.correlation_time *= series.rows_per_value;
+  const bool stand =
+      !std::isnan(single.time_average.p_value) && e.law.stretches.stand(single.time_average.effective_steps);
+  if (stand) single.time_average.p_value = kNaN;
+  const double p_average = single.time_average.p_value;
+  const bool tested = !std::isnan(p_average);
+  const bool high = single.time_average.run_sum.mean > single.time_average.expected;
+  const auto joined = [&](double p, bool side) {
+    return std::min(1.0, 2.0 * (tested && side ? std::min(p, p_average) : p));
+  };
+  v.optimistic_p_value = joined(v.optimistic_p_value, high);
+  v.pessimistic_p_value = joined(v.pessimistic_p_value, !high);
+  v.p_value = std::min(v.optimistic_p_value, v.pessimistic_p_value);
+  v.method += "; average over stretches of the run longer than its correlation in time";
+  if (tested) ++v.tests;
+  const double alpha = 1.0 - j.confidence;
+  if (v.p_value > alpha) {
+    v.verdict = tested ? Verdict::consistent : Verdict::undecided;
+  } else {
+    v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
+  }
+  j.effective_steps = stand || std::isnan(single.sample.size) ? 1.0 : single.sample.size;
+  if (tested) {
+    const MeanInterval& decides = averages[0].run_sum;
+    v.factor = averages[1].run_sum;
+    v.bounds = {v.mean / decides.upper, v.mean / decides.lower};
+    v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
+    j.scale_covariance = scale_of_covariance(v);
+    j.settle_nees = settle_averages(v, decides, averages[2].run_sum, 1.0);
+    j.single = single;
+    return;
+  }
+  j.single = single;
+  if (v.verdict == Verdict::undecided) return leave_open(e, j);
+  j.settle_nees = settle(v, false, j.effective_steps);
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+
+#include "analysis/evidence/verdicts/judgement.h"
+
+/// @file
+/// How much the runs at hand can tell, and how many would tell what they cannot.
+
+namespace credence::internal {
+
+/// The independent steps that the NEES of a run is worth; NaN unless there are enough whole runs of one
+/// length for a correlation in time.
+double effective_steps_of(const RunSums& runs, std::size_t steps);
+
+/// The runs that would decide, for values that are white or worth so many independent steps.
+SettlingRuns settle(const ConsistencyVerdict& verdict, bool white, double effective_steps);
+
+/// Of runs whose number of independent steps is not known: the steps alone tell something, and so do the
+/// averages as far as they scatter.
+SettlingRuns settle_unknown(const StudyStatistics& statistics, const SkewedMoments& stretches,
+                            const Judgement& judged);
+
+/// Adds to the verdict what the course of one run in time says.
+void judge_single_run(const Evidence& evidence, Judgement& judged);
+
+/// Leaves one run open, whose average is not tested, and says how many like it would tell.
+void leave_open(const Evidence& evidence, Judgement& judged);
+
+}  // namespace credence::internal

@@ -1,0 +1,141 @@
+#include "analysis/evidence/verdicts/judgement_tests.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "analysis/laws/joint/multiple_tests.h"
+#include "core/append_item.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+NamedTest verdict_test(std::string name, const ConsistencyVerdict& v) {
+  if (v.verdict == Verdict::undecided)
+    return {std::move(name), Exactness::conservative, kNaN, kNaN, v.reason};
+  return {std::move(name), Exactness::conservative, v.p_value, kNaN,
+          fmt::format("mean {:.4g}, expected {:.4g}, {} tests", v.mean, v.expected, v.tests)};
+}
+
+/// A test with a reason where it was not made.
+NamedTest reasoned_test(std::string name, Exactness exactness, std::string_view reason, double p_value,
+                        std::string says) {
+  if (!reason.empty()) return {std::move(name), exactness, kNaN, kNaN, std::string(reason)};
+  return {std::move(name), exactness, p_value, kNaN, std::move(says)};
+}
+
+void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& tests) {
+  if (!alone) tests.push_back(verdict_test("NIS of " + s.name, s.nis));
+  tests.push_back(reasoned_test(
+      of_sensor(kNisBody, s), Exactness::conservative, s.fit.reason, s.fit.kolmogorov_p_value,
+      fmt::format("Kolmogorov-Smirnov D = {:.3g} of {} values", s.fit.kolmogorov, s.fit.count)));
+  tests.push_back(reasoned_test(of_sensor(kNisTails, s), Exactness::approximate, s.fit.reason,
+                                s.fit.anderson_p_value,
+                                fmt::format("Anderson-Darling A² = {:.3g}", s.fit.anderson)));
+  tests.push_back(
+      reasoned_test(of_sensor(kWhiteness, s), Exactness::approximate, s.whiteness.reason, s.whiteness.p_value,
+                    fmt::format("portmanteau Q = {:.4g}, dof {:g}", s.whiteness.statistic, s.whiteness.dof)));
+  const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
+  tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
+                                s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
+}
+
+/// The p-values of those tests of tails that were made.
+std::string tails_say(const GaussianityJudgement& g) {
+  const std::pair<const char*, double> made[] = {
+      {"NEES", g.nees_tail_p_value}, {"NIS", g.nis_tail_p_value}, {"NIS far out", g.far_nis_p_value}};
+  std::string text;
+  for (const auto& [name, p_value] : made) {
+    if (!std::isnan(p_value)) append_item(text, fmt::format("{} p = {:.3g}", name, p_value));
+  }
+  return text;
+}
+
+void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& tests) {
+  for (const SensorPairJudgement& pair : law.sensor_pairs) {
+    tests.push_back(reasoned_test(
+        pair_test(pair), Exactness::approximate, pair.correlation.reason, pair.correlation.p_value,
+        fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
+  }
+  const GaussianityJudgement& g = law.gaussianity;
+  tests.push_back(reasoned_test(kHeavyTails, Exactness::conservative,
+                                std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
+                                tails_say(g)));
+  if (!has_truth) return;
+  const SecondMomentTest& second = law.second_moments.test;
+  tests.push_back(
+      reasoned_test("second moments of the errors", Exactness::approximate, second.reason,
+                    std::min(second.p_value.optimistic, second.p_value.pessimistic),
+                    fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", second.worst.mean,
+                                second.worst.lower, second.worst.upper, law.second_moments.worst)));
+  const ZeroMeanTest& mean = law.error_mean.test;
+  tests.push_back(reasoned_test(
+      kErrorMean, Exactness::exact, mean.reason, mean.p_value,
+      mean.mean.size() > 0
+          ? fmt::format("largest {:.3g} σ, of {}", mean.mean.cwiseAbs().maxCoeff(), law.error_mean.largest)
+          : ""));
+  const ShapeJudgement& shape = law.shape;
+  const auto factor = [&](Index i) {
+    const Vector& all = shape.shape.factors;
+    return all.size() > 0 ? all[i < 0 ? all.size() - 1 : i] : kNaN;
+  };
+  tests.push_back(reasoned_test("shape of P", Exactness::approximate, shape.reason, shape.p_value,
+                                fmt::format("factors {:.3g} to {:.3g} over the directions at step {}",
+                                            factor(0), factor(-1), shape.step)));
+}
+
+void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
+  for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    const CoverageVerdict& c = j.coverage[i];
+    if (c.tests == 0) continue;
+    const double share = static_cast<double>(c.pooled.inside) / static_cast<double>(c.pooled.total);
+    tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), Exactness::conservative,
+                     c.p_value, kNaN,
+                     fmt::format("{:.4g} % inside, {:.4g} % expected", 100.0 * share, 100.0 * c.expected)});
+  }
+  tests.push_back(reasoned_test(
+      "credibility of the vehicle's P", Exactness::approximate, j.credibility.reason, j.credibility.p_value,
+      fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
+                  j.credibility.inclination, j.credibility.noncredibility)));
+  tests.push_back(reasoned_test(kErrorCorrelation, Exactness::approximate, j.error_correlation.reason,
+                                j.error_correlation.p_value,
+                                fmt::format("largest {:.3g} at the last step, dof {:g}",
+                                            j.error_correlation.largest, j.error_correlation.dof)));
+}
+
+}  // namespace
+
+std::string pair_test(const SensorPairJudgement& pair) {
+  return fmt::format("innovations of {} and {} at one step", pair.first, pair.second);
+}
+
+std::string of_sensor(const char* test, const SensorJudgement& sensor) {
+  return sensor.name.empty() ? test : fmt::format("{} of {}", test, sensor.name);
+}
+
+std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
+  std::vector<NamedTest> tests;
+  if (e.has_truth) tests.push_back(verdict_test("NEES", j.nees));
+  tests.push_back(verdict_test("NIS", j.nis));
+  for (const BlockVerdict& block : j.blocks)
+    tests.push_back(verdict_test("NEES of " + block.name, block.verdict));
+  for (const SensorJudgement& sensor : j.sensors) list_sensor(sensor, j.sensors.size() == 1, tests);
+  if (e.has_truth) list_errors(j, tests);
+  list_law(j.law, e.has_truth, tests);
+  std::vector<double> p_values;
+  p_values.reserve(tests.size());
+  for (const NamedTest& test : tests) p_values.push_back(test.p_value);
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < tests.size(); ++i) tests[i].adjusted = adjusted[i];
+  return tests;
+}
+
+bool speaks(const Judgement& j, std::string_view name) {
+  const auto test = std::ranges::find(j.tests, name, &NamedTest::name);
+  return test != j.tests.end() && test->adjusted <= 1.0 - j.confidence;
+}
+
+}  // namespace credence::internal

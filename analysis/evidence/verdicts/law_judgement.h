@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/sums/evidence.h"
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/laws/correlation/block_correlation.h"
+#include "analysis/laws/mean/student.h"
+#include "analysis/laws/mean/zero_mean.h"
+#include "analysis/laws/shape/covariance_shape.h"
+#include "analysis/laws/shape/second_moments.h"
+
+/// @file
+/// What is known of the covariance beyond one factor and one law: every direction of it, whether it is
+/// proved right within a margin, and whether errors that are not χ² are so because of P or of their law
+/// (docs/statistics.md, "The covariance, and the law").
+
+namespace credence::internal {
+
+/// The shape of P: whether every direction of it is right.
+struct ShapeJudgement {
+  std::int64_t step = 0;   ///< that of the smallest p-value
+  std::int64_t tests = 0;  ///< steps tested
+  double p_value = kNaN;   ///< of the smallest, Bonferroni over the steps
+  CovarianceShape shape{};
+  /// At the last step tested: every direction of P is proved right within this; infinite if none is.
+  double proved_within = kNaN;
+  std::int64_t proved_at = 0;
+  std::string_view reason = {};
+};
+
+/// E[e eᵀ] against P on average over the runs, whatever the law of e.
+struct SecondMomentJudgement {
+  std::string of;         ///< the block, "" for the state
+  SecondMomentTest test;  ///< of one component: the same as the mean of NEES, and not made
+  std::string worst;      ///< the direction of the smallest p-value in words
+};
+
+/// Whether the errors have a mean, as they have with a bias of the sensor or of the model, which the
+/// innovations of a filter that takes it into its state do not show.
+struct ErrorMeanJudgement {
+  ZeroMeanTest test;    ///< of e_i/√P_ii averaged over each run
+  std::string largest;  ///< the state whose mean is the largest
+};
+
+/// Whether the covariance is right where the law of χ² is not.
+struct GaussianityJudgement {
+  double nees_tail_p_value = kNaN;  ///< of "tails no heavier than Gaussian" (tail_weight.h)
+  double nis_tail_p_value = kNaN;
+  double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
+  double tail_p_value = kNaN;     ///< of all, Bonferroni
+  /// Of "the second moments are right": run means of NEES, NIS and the blocks, second moments, and the mean
+  /// of every step, none of which needs a law; Bonferroni. NaN: fewer than 20 runs.
+  double moments_p_value = kNaN;
+  /// The larger of the standard errors of mean NEES and mean NIS over the runs, each over the mean.
+  double relative_error = 0.0;
+
+  /// The errors have heavy tails, clearly, nothing that needs no law speaks against P, and it would have: a
+  /// mean that a run or two decide agrees with any P.
+  bool right_but_heavy_tailed(double level) const {
+    constexpr double kClearly = 0.2, kKnown = 0.25;
+    return tail_p_value <= kClearly * level && moments_p_value > level && relative_error <= kKnown;
+  }
+};
+
+/// Proved, and not only not refuted: mean NEES, mean NIS and the mean NEES of every block lie within the
+/// margin of their expected values.
+struct EquivalenceJudgement {
+  double margin = 0.1;           ///< δ: between 1/(1 + δ) and 1 + δ
+  double p_value = kNaN;         ///< the largest of all: small, and all of it is proved
+  double proved_within = kNaN;   ///< the least δ that is proved of all of them; infinite if none is
+  std::string_view reason = {};  ///< why nothing can be proved
+};
+
+/// A proper score, with its interval over the runs and what it would be if P were right.
+struct ScoreJudgement {
+  MeanInterval value;
+  double expected = kNaN;
+  std::string_view reason = {};
+};
+
+/// Two sensors.
+struct SensorPairJudgement {
+  std::string first, second;
+  BlockCorrelationTest correlation;
+};
+
+/// All of it.
+struct LawJudgement {
+  ShapeJudgement shape;
+  SecondMomentJudgement second_moments;
+  ErrorMeanJudgement error_mean;
+  GaussianityJudgement gaussianity;
+  EquivalenceJudgement equivalence;
+  ScoreJudgement log_score, energy_score;
+  bool energy_of_position = false;
+  std::vector<SensorPairJudgement> sensor_pairs;
+};
+
+/// all_runs: the sums of the whole study, of which the evidence may be of the first runs.
+LawJudgement judge_law(const Evidence& evidence, const StudyStatistics& all_runs, double confidence,
+                       double margin);
+
+}  // namespace credence::internal

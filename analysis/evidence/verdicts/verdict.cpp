@@ -1,0 +1,36 @@
+#include "analysis/evidence/verdicts/verdict.h"
+
+namespace credence::internal {
+
+Verdict direction_of(bool optimistic, bool pessimistic) {
+  return optimistic && pessimistic ? Verdict::mixed
+         : optimistic              ? Verdict::optimistic
+         : pessimistic             ? Verdict::pessimistic
+                                   : Verdict::consistent;
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+std::string_view to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::consistent:
+      return "consistent";
+    case Verdict::optimistic:
+      return "optimistic";
+    case Verdict::pessimistic:
+      return "pessimistic";
+    case Verdict::not_gaussian:
+      return "not Gaussian";
+    case Verdict::mixed:
+      return "mixed";
+    case Verdict::undecided:
+      return "undecided";
+  }
+  return "undecided";
+}
+
+}  // namespace credence

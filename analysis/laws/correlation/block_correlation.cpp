@@ -1,0 +1,43 @@
+#include "analysis/laws/correlation/block_correlation.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/correlation/sample_correlation.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first) {
+  BlockCorrelationTest result{.values = u.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
+  const Index n = u.mean.size();
+  if (u.count == 0) {
+    result.reason = "no values";
+    return result;
+  }
+  if (first <= 0 || first >= n) throw std::invalid_argument("both groups need a component");
+  const double values = static_cast<double>(u.count), dim = static_cast<double>(n);
+  result.dof = static_cast<double>(first * (n - first));
+  if (values <= dim + 1.0) {
+    result.reason = "not more values than components";
+    return result;
+  }
+  const std::optional<Matrix> R = sample_correlation(u);
+  if (!R) {
+    result.reason = "a component does not vary or is not finite";
+    return result;
+  }
+  const Index rest = n - first;
+  const double log_lambda = log_determinant(*R) - log_determinant(R->topLeftCorner(first, first)) -
+                            log_determinant(R->bottomRightCorner(rest, rest));
+  if (std::isnan(log_lambda)) {
+    result.reason = "the values are linearly dependent";
+    return result;
+  }
+  result.largest = R->topRightCorner(first, rest).cwiseAbs().maxCoeff();
+  result.statistic = -(values - 1.0 - 0.5 * (dim + 1.0)) * std::min(0.0, log_lambda);
+  result.p_value = chi_square_survival(result.statistic, result.dof);
+  return result;
+}
+
+}  // namespace credence::internal

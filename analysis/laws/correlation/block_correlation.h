@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "analysis/laws/shape/consistency_vector_moments.h"
+
+namespace credence::internal {
+
+/// Whether two groups of components are uncorrelated with each other.
+struct BlockCorrelationTest {
+  std::int64_t values = 0;
+  double largest = 0.0;    ///< largest |correlation| of a component of one with one of the other
+  double statistic = 0.0;  ///< ~ χ²(dof)
+  double dof = 0.0;        ///< p q
+  double p_value = 0.0;
+  std::string_view reason = {};  ///< why there is no test (numbers NaN), else empty
+};
+
+/// Tests that the first p components of u are uncorrelated with the q others, whatever the correlation within
+/// each: Wilks' Λ with Bartlett's factor [Bartlett 1954],
+///
+///   −(N − 1 − (p + q + 1)/2) ln(det R / (det R₁₁ det R₂₂)) ~ χ²(p q), R the sample correlation of u.
+///
+/// Approximate; needs N > p + q + 1 values, independent ones. Throws std::invalid_argument unless 0 < p < the
+/// dimension of u.
+BlockCorrelationTest test_block_correlation(const VectorMoments& values, Index first);
+
+}  // namespace credence::internal

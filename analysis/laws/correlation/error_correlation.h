@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "analysis/laws/shape/consistency_vector_moments.h"
+
+namespace credence::internal {
+
+/// Whether the components of a whitened error are uncorrelated.
+struct ErrorCorrelationTest {
+  std::int64_t runs = 0;
+  double largest = 0.0;    ///< largest |correlation| between two components
+  double statistic = 0.0;  ///< ~ χ²(dof)
+  double dof = 0.0;        ///< n (n − 1) / 2
+  double p_value = 0.0;
+  std::string_view reason = {};  ///< why there is no test (numbers NaN), else empty
+};
+
+/// Bartlett's test [Bartlett 1954] that u = L⁻¹ e, P = L Lᵀ, of one step has uncorrelated components over the
+/// runs,
+///
+///   −(M − 1 − (2n + 5)/6) ln det R ~ χ²(n (n − 1) / 2), R the sample correlation of u.
+///
+/// A factor on P or on a variance of a diagonal P leaves R at I; a cross-covariance that is missing or wrong
+/// does not. Approximate; needs M > n + 1 runs, independent ones: a single step, as errors are correlated in
+/// time.
+ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened);
+
+}  // namespace credence::internal

@@ -1,0 +1,21 @@
+#include "analysis/laws/correlation/sample_correlation.h"
+
+#include "core/linear_algebra/cholesky.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+
+std::optional<Matrix> sample_correlation(const VectorMoments& values) {
+  if (values.count < 2) return std::nullopt;
+  const Vector deviation = values.scatter.diagonal().cwiseSqrt();
+  if (!values.scatter.allFinite() || !(deviation.minCoeff() > 0.0)) return std::nullopt;
+  const Vector scale = deviation.cwiseInverse();
+  return scale.asDiagonal() * values.scatter * scale.asDiagonal();
+}
+
+double log_determinant(const Matrix& R) {
+  const Eigen::LLT<Matrix> factor(R);
+  return factor.info() == Eigen::Success ? 2.0 * factor.matrixLLT().diagonal().array().log().sum() : kNaN;
+}
+
+}  // namespace credence::internal

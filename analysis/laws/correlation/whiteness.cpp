@@ -1,0 +1,177 @@
+#include "analysis/laws/correlation/whiteness.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/require.h"
+#include "core/linear_algebra/cholesky.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+// E‖C_0^{-1/2} C_h C_0^{-1/2}‖_F² for white Gaussian values.
+double expected_norm(double pairs, double values, double dim) {
+  const double one_component = pairs / (values * (values + 2.0));
+  return one_component * (dim + dim * (dim - 1.0) * (values + 1.0) / (values - 1.0));
+}
+
+// L⁻¹ C L⁻ᵀ
+Matrix standardise(const Matrix& product, const Eigen::LLT<Matrix>& factor) {
+  const Matrix half = factor.matrixL().solve(product);
+  return factor.matrixL().solve(half.transpose()).transpose();
+}
+
+/// sum += factor x, of two arrays apart from each other.
+void add_multiple(double factor, const double* __restrict x, Index count, double* __restrict sum) {
+  for (Index i = 0; i < count; ++i) sum[i] += factor * x[i];
+}
+
+std::string_view reason_not_to_test(const LagProducts& products) {
+  if (products.invalid() > 0) return "an innovation is not finite";
+  if (products.pairs(0) <= products.dim()) return "not more values than components";
+  if (products.pairs(1) == 0) return "no two successive values";
+  return {};
+}
+
+}  // namespace
+
+LagProducts::LagProducts(Index dim, Index lags) : dim_(dim) {
+  if (dim < 1 || lags < 1) {
+    throw std::invalid_argument(fmt::format("dim = {} and lags = {} must be >= 1", dim, lags));
+  }
+  pairs_.assign(static_cast<std::size_t>(lags) + 1, 0);
+  sums_.assign(static_cast<std::size_t>(dim * dim * (lags + 1)), 0.0);
+  begin_run();
+}
+
+LagProducts::LagProducts(const std::vector<Matrix>& products, std::vector<std::int64_t> pairs,
+                         std::int64_t invalid)
+    : dim_(products.empty() ? 0 : products[0].rows()), pairs_(std::move(pairs)), invalid_(invalid) {
+  const bool square = std::all_of(products.begin(), products.end(), [this](const Matrix& product) {
+    return product.rows() == dim_ && product.cols() == dim_;
+  });
+  const bool counted =
+      std::all_of(pairs_.begin(), pairs_.end(), [](std::int64_t count) { return count >= 0; });
+  if (dim_ < 1 || products.size() < 2 || pairs_.size() != products.size() || !square || !counted ||
+      invalid < 0) {
+    throw std::invalid_argument(
+        fmt::format("{} lag products and {} counts do not fit together", products.size(), pairs_.size()));
+  }
+  for (Index row = 0; row < dim_ * dim_; ++row) {
+    for (const Matrix& product : products) sums_.push_back(product(row / dim_, row % dim_));
+  }
+  begin_run();
+}
+
+Matrix LagProducts::product(Index lag) const {
+  Matrix product(dim_, dim_);
+  for (Index row = 0; row < dim_ * dim_; ++row) {
+    product(row / dim_, row % dim_) = sums_[static_cast<std::size_t>(row * (lags() + 1) + lag)];
+  }
+  return product;
+}
+
+void LagProducts::begin_run() {
+  begin_ = kSteps;
+  recent_.assign(static_cast<std::size_t>(dim_ * row()), 0.0);
+  present_.assign(static_cast<std::size_t>(row()), 0);
+}
+
+/// The next value is one step later.
+void LagProducts::advance() {
+  if (--begin_ >= 0) return;
+  begin_ = kSteps;
+  const auto move_up = [this](auto* first) {
+    std::copy_backward(first, first + lags(), first + row());
+    std::fill(first, first + kSteps + 1, 0);
+  };
+  for (Index j = 0; j < dim_; ++j) move_up(recent_.data() + j * row());
+  move_up(present_.data());
+}
+
+void LagProducts::add(VectorRef u) {
+  if (u.size() != dim_) {
+    throw std::invalid_argument(fmt::format("innovation of dimension {}, expected {}", u.size(), dim_));
+  }
+  if (!u.allFinite()) {
+    ++invalid_;
+    add_missing();
+    return;
+  }
+  for (Index j = 0; j < dim_; ++j) recent_[static_cast<std::size_t>(j * row() + begin_)] = u[j];
+  present_[static_cast<std::size_t>(begin_)] = 1;
+  const Index count = lags() + 1;
+  double* sums = sums_.data();
+  for (Index i = 0; i < dim_; ++i) {
+    const double factor = u[i];
+    for (Index j = 0; j < dim_; ++j, sums += count) {
+      add_multiple(factor, recent_.data() + j * row() + begin_, count, sums);
+    }
+  }
+  const std::int64_t* present = present_.data() + begin_;
+  for (Index lag = 0; lag < count; ++lag) pairs_[static_cast<std::size_t>(lag)] += present[lag];
+  advance();
+}
+
+void LagProducts::add_missing() { advance(); }
+
+void LagProducts::merge(const LagProducts& other) {
+  if (other.dim_ != dim_ || other.lags() != lags()) {
+    throw std::invalid_argument(fmt::format("lag products of dim {} with {} lags and dim {} with {} lags",
+                                            dim_, lags(), other.dim_, other.lags()));
+  }
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += other.sums_[i];
+  for (std::size_t h = 0; h < pairs_.size(); ++h) pairs_[h] += other.pairs_[h];
+  invalid_ += other.invalid_;
+}
+
+WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
+  require_confidence(confidence);
+  WhitenessTest result;
+  result.values = products.pairs(0);
+  result.dim = products.dim();
+  result.statistic = result.p_value = result.share_outside = kNaN;
+  result.reason = reason_not_to_test(products);
+  if (!result.reason.empty()) return result;
+  const Eigen::LLT<Matrix> factor(products.product(0));
+  if (factor.info() != Eigen::Success) {
+    result.reason = "the covariance of the innovations is singular";
+    return result;
+  }
+
+  const double z = quantile(complement(boost::math::normal(), 0.5 * (1.0 - confidence)));
+  const double values = static_cast<double>(products.pairs(0));
+  const double dim = static_cast<double>(products.dim());
+  double statistic = 0.0;
+  // The squares of many lags of few values depend on each other.
+  constexpr double kOfRoot = 0.6;
+  const Index most = std::max<Index>(1, static_cast<Index>(kOfRoot * std::sqrt(values)));
+  Index outside = 0;
+  for (Index h = 1; h <= products.lags() && products.pairs(h) > 0; ++h) {
+    const double pairs = static_cast<double>(products.pairs(h));
+    const Matrix correlation = standardise(products.product(h), factor);
+    if (h <= most) {
+      statistic += dim * dim * correlation.squaredNorm() / expected_norm(pairs, values, dim);
+      result.dof += dim * dim;
+    }
+    const double per_pair = values / pairs;
+    result.autocorrelation.push_back(per_pair * correlation.trace() / dim);
+    result.band.push_back(z * per_pair * std::sqrt(pairs / (dim * values * (values + 2.0))));
+    outside += std::abs(result.autocorrelation.back()) > result.band.back() ? 1 : 0;
+  }
+  result.share_outside = static_cast<double>(outside) / static_cast<double>(result.band.size());
+  result.statistic = statistic;
+  result.p_value = chi_square_survival(statistic, result.dof);
+  result.white = result.p_value > 1.0 - confidence;
+  return result;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,253 @@
+#include "analysis/laws/mean/effective_sample.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "analysis/laws/correlation/thinned_series.h"
+#include "analysis/laws/mean/student_positive_mean.h"
+#include "analysis/laws/ten_stretches.h"
+#include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/psd_root.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+/// Products at several lags of deviations x_k − mean, each summed in order of time: as many sums as hide the
+/// latency of an addition.
+class LagSums {
+ public:
+  LagSums(std::span<const std::span<const double>> series, double mean) {
+    deviations_.reserve(series.size());
+    for (const auto& x : series) {
+      std::vector<double>& d = deviations_.emplace_back(kBefore + x.size(), 0.0);
+      std::ranges::transform(x, d.begin() + kBefore, [mean](double value) { return value - mean; });
+    }
+  }
+
+  /// Σ over the series of (x_k − mean)(x_{k+lag} − mean), lags in ascending order.
+  double sum(std::size_t lag) {
+    if (lag >= end_) add_up(lag);
+    return sums_[static_cast<Index>(end_ - 1 - lag)];
+  }
+  /// The number of products.
+  double pairs(std::size_t lag) const {
+    double pairs = 0.0;
+    for (const std::vector<double>& d : deviations_) {
+      if (d.size() - kBefore > lag) pairs += static_cast<double>(d.size() - kBefore - lag);
+    }
+    return pairs;
+  }
+
+ private:
+  static constexpr std::size_t kLags = 8, kBefore = kLags - 1;
+  using Sums = Eigen::Array<double, static_cast<Index>(kLags), 1>;
+
+  void add_up(std::size_t first) {
+    end_ = first + kLags;
+    Sums sums = Sums::Zero();
+    for (const std::vector<double>& d : deviations_) {
+      const double* before = d.data();  // at the largest lag
+      for (std::size_t k = kBefore + first; k < d.size(); ++k)
+        sums += d[k] * Eigen::Map<const Sums>(before++);
+    }
+    sums_ = sums;
+  }
+
+  std::vector<std::vector<double>> deviations_;  ///< behind zeros, of products that are none
+  std::size_t end_ = 0;                          ///< of the lags that sums_ is of, the largest first
+  Sums sums_;
+};
+
+}  // namespace
+
+NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
+  const std::size_t steps = covariances.size();
+  if (transitions.size() != steps || steps == 0) {
+    throw std::invalid_argument(
+        fmt::format("{} transitions and {} covariances: as many of each", transitions.size(), steps));
+  }
+  std::vector<Matrix> W;
+  std::vector<Index> offset{0};
+  for (const Matrix& P : covariances) {
+    if (!is_psd(P)) throw std::invalid_argument("a covariance is not finite or not positive semidefinite");
+    W.push_back(psd_whitening(P));
+    offset.push_back(offset.back() + W.back().rows());
+  }
+  const Index total = offset.back();
+  constexpr Index kLargestExact = 600;
+  const bool exact_third = total <= kLargestExact;
+
+  NeesTimeLaw law;
+  Matrix norms = Matrix::Zero(static_cast<Index>(steps), static_cast<Index>(steps));
+  Matrix C = exact_third ? Matrix::Identity(total, total) : Matrix();
+  for (std::size_t l = 0; l < steps; ++l) {
+    const Index col = static_cast<Index>(l);
+    norms(col, col) = static_cast<double>(W[l].rows());
+    Matrix propagated = covariances[l] * W[l].transpose();
+    for (std::size_t k = l + 1; k < steps; ++k) {
+      propagated = (transitions[k] * propagated).eval();
+      const Matrix block = W[k] * propagated;
+      const Index row = static_cast<Index>(k);
+      norms(row, col) = norms(col, row) = block.squaredNorm();
+      if (exact_third) {
+        C.block(offset[k], offset[l], block.rows(), block.cols()) = block;
+        C.block(offset[l], offset[k], block.cols(), block.rows()) = block.transpose();
+      }
+    }
+  }
+  law.run_sum.mean = static_cast<double>(total);
+  law.run_sum.variance = 2.0 * norms.sum();
+  law.run_sum.third = exact_third ? 8.0 * (C * C).cwiseProduct(C).sum()
+                                  : 2.0 * law.run_sum.variance * law.run_sum.variance / law.run_sum.mean;
+  const Vector root = norms.diagonal().cwiseSqrt();
+  law.correlation = Matrix::Zero(norms.rows(), norms.cols());
+  for (Index k = 0; k < norms.rows(); ++k) {
+    for (Index l = 0; l < norms.cols(); ++l) {
+      if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = norms(k, l) / (root(k) * root(l));
+    }
+  }
+  law.effective_steps = static_cast<double>(steps) * 2.0 * static_cast<double>(total) / law.run_sum.variance;
+  return law;
+}
+
+TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence) {
+  if (!(steps >= 1.0)) throw std::invalid_argument(fmt::format("steps = {} must be >= 1", steps));
+  TimeAverageTest result;
+  result.expected = expected;
+  result.run_sum = positive_mean_interval(run_sums, confidence);
+  result.p_value = positive_mean_p_value(run_sums, expected);
+  result.effective_steps = steps * 2.0 * expected / run_sums.variance();
+  if (std::isnan(result.p_value)) {
+    result.effective_steps = kNaN;
+    return result;
+  }
+  result.verdict = result.p_value > 1.0 - confidence ? Verdict::consistent
+                   : run_sums.mean > expected        ? Verdict::optimistic
+                                                     : Verdict::pessimistic;
+  return result;
+}
+
+EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean) {
+  EffectiveSample result{.correlation_time = kNaN, .size = kNaN, .reason = {}};
+  LagSums lags(series, mean);
+  const double variance_sum = lags.sum(0), values = lags.pairs(0);
+  if (values == 0.0) {
+    result.reason = "no data";
+    return result;
+  }
+  if (!(std::isfinite(variance_sum) && variance_sum > 0.0)) {
+    result.reason = "the series does not vary or is not finite";
+    return result;
+  }
+  std::size_t longest = 0;
+  for (const auto& x : series) longest = std::max(longest, x.size());
+  double time = 1.0;
+  for (std::size_t lag = 1; lag < longest && static_cast<double>(lag) < 5.0 * time; ++lag) {
+    time += 2.0 * (lags.sum(lag) / lags.pairs(lag)) / (variance_sum / values);
+  }
+  result.correlation_time = std::max(1.0, time);
+  result.size = values / result.correlation_time;
+  return result;
+}
+
+double standing_share(const Matrix& mean_square, const Matrix& square_of_means) {
+  constexpr double kLeast = 1e-9;  // of the average direction: what rounding leaves
+  const double least =
+      kLeast * mean_square.trace() / static_cast<double>(std::max<Index>(1, mean_square.rows()));
+  if (!(std::isfinite(least) && least > 0.0)) return 0.0;
+  const Matrix regular = mean_square + least * Matrix::Identity(mean_square.rows(), mean_square.cols());
+  const Eigen::LLT<Matrix> factor(regular);
+  if (factor.info() != Eigen::Success) return 0.0;
+  const Matrix half = factor.matrixL().solve(square_of_means);
+  const Matrix share = factor.matrixL().solve(half.transpose());
+  return share.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+}
+
+double least_standing_share(Index directions, Index stretches, double effective_rows) {
+  constexpr double kOfNees = 0.6;
+  const double rows = std::max(2.0, kOfNees * effective_rows);
+  const auto angle = [rows](Index x) {
+    return std::asin(std::sqrt(std::min(1.0, (static_cast<double>(x) - 0.5) / (rows - 1.0))));
+  };
+  const double sine = std::sin(std::min(0.5 * std::numbers::pi, angle(directions) + angle(stretches)));
+  return std::max(kStandingErrors, (1.0 + 2.0 * sine * sine) / 3.0);
+}
+
+StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
+  constexpr std::size_t kStretches = 20;
+  constexpr double kShortestStretch = 10.0;  // in correlation times
+  if (runs.size() < 2 || runs.size() >= kStretches) return {};
+  const std::size_t of_a_run = (kStretches + runs.size() - 1) / runs.size();
+  const std::vector<std::span<const double>> series(runs.begin(), runs.end());
+  Moments all;
+  for (const auto& run : series) {
+    for (const double x : run) all.add(x);
+  }
+  const std::size_t longest = std::ranges::max(series, {}, [](const auto& run) { return run.size(); }).size();
+  std::vector<ThinnedSeries> shorter;
+  shorter.reserve(series.size());
+  for (const auto& run : series) shorter.push_back(thinned(run, longest));
+  std::vector<std::span<const double>> looked_at;
+  looked_at.reserve(shorter.size());
+  for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
+  const EffectiveSample sample = effective_sample(looked_at, all.mean);
+  const double correlation_time = shorter.front().rows_per_value * sample.correlation_time;
+  StretchAverages result{.effective_rows = sample.size};
+  for (const auto& run : series) {
+    const std::size_t length = run.size() / of_a_run;
+    if (!(static_cast<double>(length) >= kShortestStretch * correlation_time)) return {};
+    for (std::size_t i = 0; i < of_a_run; ++i) {
+      double sum = 0.0;
+      for (const double x : run.subspan(i * length, length)) sum += x;
+      result.averages.add(sum / static_cast<double>(length));
+    }
+  }
+  return result;
+}
+
+TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {
+  return test_single_run(normalised_nees, {confidence}).front();
+}
+
+std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
+                                             std::initializer_list<double> confidences) {
+  constexpr double kShortestStretch = 10.0;  // in correlation times
+  std::vector<TimeAverageTest> tests;
+  tests.reserve(confidences.size());
+  for (const double confidence : confidences) {
+    TimeAverageTest none;
+    none.expected = 1.0;
+    none.p_value = none.effective_steps = kNaN;
+    none.run_sum = student_interval({}, confidence);
+    tests.push_back(none);
+  }
+  const auto without = [&tests](std::string_view reason) {
+    for (TimeAverageTest& test : tests) test.run_sum.reason = reason;
+    return tests;
+  };
+
+  double mean = 0.0;
+  for (const double x : normalised_nees) mean += x / static_cast<double>(normalised_nees.size());
+  const EffectiveSample sample =
+      effective_sample(std::vector<std::span<const double>>{normalised_nees}, mean);
+  if (!sample.reason.empty()) return without(sample.reason);
+  for (TimeAverageTest& test : tests) test.effective_steps = sample.size;
+  if (sample.size < kShortestStretch * static_cast<double>(kTestedStretches)) {
+    return without("the run is too short for its correlation in time");
+  }
+  const Moments averages = tested_averages(normalised_nees);
+  std::ranges::transform(confidences, tests.begin(), [&](double confidence) {
+    TimeAverageTest test = test_time_average(averages, 1.0, 1.0, confidence);
+    test.effective_steps = sample.size;
+    return test;
+  });
+  return tests;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <initializer_list>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/laws/chi_square/chi_square_cumulants.h"
+#include "analysis/laws/mean/student.h"
+#include "core/types.h"
+#include "montecarlo/engine/skewed_moments.h"
+
+/// @file
+/// How many independent steps the NEES of a run is worth, and tests of its average over time.
+///
+/// NEES is correlated in time: for jointly Gaussian errors Cov(ε_k, ε_l) = 2 ‖C_kl‖_F² with C_kl the
+/// correlation of the whitened errors at steps k and l. Summed over a run its variance is 2 Σ_kl ‖C_kl‖_F²,
+/// and not 2 Σ n_k, which is why the time-sum is no χ²(Σ n_k) (theory, section 7).
+
+namespace credence::internal {
+
+/// The law of the NEES of one run of a consistent filter.
+struct NeesTimeLaw {
+  Matrix correlation;          ///< of the NEES between steps, T×T; steps of dof 0 have zeros
+  Cumulants run_sum;           ///< of Σ_k ε_k
+  double effective_steps = 0;  ///< independent steps with the same variance of the average
+};
+
+/// The exact law for a linear filter whose error moves as e_k = A_k e_{k−1} + noise with covariance P_k:
+/// C_kl = W_k A_k … A_{l+1} P_l W_lᵀ with W_k P_k W_kᵀ = I on the range of P_k.
+///
+/// transitions[k] = A_k = (I − K_k H) F (transitions[0] is not used), covariances[k] = P_k. For a consistent
+/// filter P_k is both the claimed and the true covariance. The third cumulant is exact, 8 tr C³, up to a
+/// total dof of 600, beyond that of a multiple of χ². Cost T² n³. Throws std::invalid_argument for sizes that
+/// differ or a P that is not positive semidefinite.
+NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
+
+/// Test of the average over time and runs, from the sums over time of independent runs.
+struct TimeAverageTest {
+  MeanInterval run_sum;        ///< of Σ_k ε_k over the runs
+  double expected = 0.0;       ///< Σ_k n_k
+  double p_value = 0.0;        ///< two-sided; NaN without a test, see run_sum.reason
+  double effective_steps = 0;  ///< T · 2 Σ n_k / Var(Σ_k ε_k), at most T for positive correlation
+  Verdict verdict = Verdict::undecided;
+};
+
+/// Calibrated for any correlation in time, as only whole runs are compared: the empirical law of positive
+/// sums (student_positive_mean.h). run_sums: the moments over runs of Σ_k ε_k; expected: its expected value
+/// Σ_k n_k, the same for every run; steps: T. Approximate for fewer than ten runs. Throws
+/// std::invalid_argument unless expected > 0, steps ≥ 1 and 0 < confidence < 1.
+TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence);
+
+/// The integrated autocorrelation time of a series with known mean, in steps, and what follows from it.
+struct EffectiveSample {
+  double correlation_time = 0.0;  ///< τ = 1 + 2 Σ ρ_h, at least 1; NaN without data
+  double size = 0.0;              ///< length / τ
+  std::string_view reason = {};   ///< why there is none, else empty
+};
+
+/// τ summed over the window of [Sokal 1989], the least W ≥ 5 τ(W). Pools several series (runs of one filter):
+/// their products are averaged before the sum. The mean is not estimated, so that single short runs are not
+/// biased. A series whose deviations are all zero, or none, gives a reason.
+EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean);
+
+/// How much of the mean square of whitened errors is that of their averages over whole runs, in the direction
+/// where it is most; both n×n. An error that is forgotten leaves nothing of it, n τ/T of T rows; one that
+/// stays as it is, as of a landmark, a bias, or where nothing tells the place of the whole map, leaves 1,
+/// however small it happens to be. NEES does not tell such an error from a wrong P, and its correlation time
+/// does not show it.
+double standing_share(const Matrix& mean_square, const Matrix& square_of_means);
+
+/// From this share on stretches of a run are not independent, where chance makes none as large. Measured on
+/// 200 runs of 200 to 2000 rows that test_single_run would test: at most 0.15 of filters that forget (1 to 12
+/// states), at least 0.66 in 99 % of a SLAM without an anchor.
+inline constexpr double kStandingErrors = 0.4;
+
+/// The same of stretches of runs that are worth so many rows together (EffectiveSample::size): the most that
+/// errors that are all forgotten alike leave by chance in one of many directions, θ = sin²(a(p) + a(q)), a(x)
+/// = asin √((x − ½)/(N − 1)), the centre of the largest root of [Johnstone 2008] for p directions, q
+/// stretches and N rows, plus a third of what is left to 1, and at least kStandingErrors. NEES forgets faster
+/// than the errors: N = 0.6 of its effective rows, by which θ is within 0.05 of the median of autoregressions
+/// (φ 0.5 and 0.8, 500 and 2000 rows, 12 to 40 directions), 0.08 above it where 40 directions meet 140 rows.
+double least_standing_share(Index directions, Index stretches, double effective_rows);
+
+/// The averages of equal stretches of a few long runs.
+struct StretchAverages {
+  SkewedMoments averages{};
+  double effective_rows = 0.0;  ///< that the runs are worth together
+};
+
+/// Each of ε_k / n_k: at least twenty in all, so that their mean is compared by the scores of run_mean.h
+/// where the runs alone are too few. Their number follows from that of the runs alone. No values where a
+/// stretch is shorter than 10 τ, or with one run or twenty and more. Approximate, as test_single_run:
+/// neighbours are nearly independent.
+StretchAverages stretch_averages(std::span<const std::vector<double>> normalised_nees);
+
+/// Test of the average of ONE run from ε_k / n_k, expected to be 1, over ten equal stretches, whose averages
+/// are nearly independent (batch means). Undecided, with a reason, where a stretch is shorter than 10 τ.
+/// The number of stretches is fixed, as one that follows the estimated τ prefers runs that vary little by
+/// chance. Approximate: assumes a stationary error that is forgotten (standing_share). Measured on squared
+/// autoregressions (φ 0 to 0.95, 300 to 4000 steps, 3,000 studies each): alarms at nominal 5 % in 0.2 to 6.1
+/// % of all runs, an undecided run none.
+TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence);
+
+/// The same at several levels, for the cost of one.
+std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
+                                             std::initializer_list<double> confidences);
+
+}  // namespace credence::internal

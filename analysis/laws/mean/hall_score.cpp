@@ -1,0 +1,76 @@
+#include "analysis/laws/mean/hall_score.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nan.h"
+
+namespace credence::internal {
+
+double sample_skewness(const SkewedMoments& moments) {
+  if (!(moments.m2 > 0.0)) return 0.0;
+  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
+}
+
+double hall_score(const SkewedMoments& moments, double expected, double gamma) {
+  const double root_runs = std::sqrt(static_cast<double>(moments.count));
+  const double u = (moments.mean - expected) / std::sqrt(moments.variance());
+  return root_runs * u * (1.0 + gamma * u / 3.0 + gamma * gamma * u * u / 27.0) + gamma / (6.0 * root_runs);
+}
+
+double hall_score(const SkewedMoments& moments, double expected) {
+  return hall_score(moments, expected, sample_skewness(moments));
+}
+
+double mean_of_hall_score(const SkewedMoments& moments, double z, double gamma) {
+  const double root_runs = std::sqrt(static_cast<double>(moments.count));
+  const double y = (z - gamma / (6.0 * root_runs)) / root_runs;
+  const double x = gamma * y;
+  double u = y;
+  if (std::abs(x) >= 0.5) {
+    u = 3.0 / gamma * (std::cbrt(1.0 + x) - 1.0);
+  } else if (gamma != 0.0) {
+    u = 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
+  }
+  return moments.mean - std::sqrt(moments.variance()) * u;
+}
+
+double mean_of_hall_score(const SkewedMoments& moments, double z) {
+  return mean_of_hall_score(moments, z, sample_skewness(moments));
+}
+
+MeanInterval hall_interval(const SkewedMoments& moments, double confidence) {
+  MeanInterval interval =
+      student_interval({.count = moments.count, .mean = moments.mean, .m2 = moments.m2}, confidence);
+  if (!interval.reason.empty() || !(moments.m2 > 0.0)) return interval;
+  if (!std::isfinite(moments.m3)) {
+    interval.lower = interval.upper = kNaN;
+    interval.reason = "the skewness is not finite";
+    return interval;
+  }
+  const double t = student_quantile_two_sided(confidence, static_cast<double>(moments.count - 1));
+  interval.lower = mean_of_hall_score(moments, t);
+  interval.upper = mean_of_hall_score(moments, -t);
+  return interval;
+}
+
+MeanInterval paired_interval(const SkewedMoments& differences, double confidence) {
+  MeanInterval interval = hall_interval(differences, confidence);
+  if (!interval.reason.empty()) return interval;
+  const MeanInterval student = student_interval(
+      {.count = differences.count, .mean = differences.mean, .m2 = differences.m2}, confidence);
+  interval.lower = std::min(interval.lower, student.lower);
+  interval.upper = std::max(interval.upper, student.upper);
+  return interval;
+}
+
+double paired_p_value(const SkewedMoments& differences) {
+  if (differences.count < 2) return kNaN;
+  if (differences.m2 == 0.0) return differences.mean == 0.0 ? 1.0 : 0.0;
+  const auto count = static_cast<double>(differences.count);
+  const double student = differences.mean / std::sqrt(differences.variance() / count);
+  return std::max(student_two_sided_p_value(student, count - 1.0),
+                  student_two_sided_p_value(hall_score(differences, 0.0), count - 1.0));
+}
+
+}  // namespace credence::internal

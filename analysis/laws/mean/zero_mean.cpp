@@ -1,0 +1,61 @@
+#include "analysis/laws/mean/zero_mean.h"
+
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+
+#include "analysis/laws/mean/student.h"
+#include "core/linear_algebra/cholesky.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+// Student's t of every component, Bonferroni over them; NaN where one never varies.
+double p_value_of_components(const VectorMoments& moments) {
+  const auto n = static_cast<double>(moments.count);
+  double least = 1.0;
+  for (Index i = 0; i < moments.mean.size(); ++i) {
+    const double variance = moments.scatter(i, i) / (n - 1.0);
+    if (!(variance > 0.0)) return kNaN;
+    const double t = moments.mean[i] / std::sqrt(variance / n);
+    least = std::min(least, student_two_sided_p_value(t, n - 1.0));
+  }
+  return std::min(1.0, static_cast<double>(moments.mean.size()) * least);
+}
+
+}  // namespace
+
+ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
+  constexpr double kFewest = 10.0;
+  ZeroMeanTest result;
+  result.count = moments.count;
+  result.mean = moments.mean;
+  result.t_square = result.p_value = kNaN;
+  const double n = static_cast<double>(moments.count);
+  const double m = static_cast<double>(moments.mean.size());
+  if (m == 0.0 || n < std::min(m + 1.0, kFewest)) {
+    result.reason = "not more values than components";
+    return result;
+  }
+  if (!moments.mean.allFinite() || !moments.scatter.allFinite()) {
+    result.reason = "a value is not finite";
+    return result;
+  }
+  if (n <= m) {
+    result.p_value = p_value_of_components(moments);
+    if (std::isnan(result.p_value)) result.reason = "a component has no variance";
+    return result;
+  }
+  const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
+  if (factor.info() != Eigen::Success) {
+    result.reason = "the covariance of the values is singular";
+    return result;
+  }
+  result.t_square = n * (n - 1.0) * moments.mean.dot(factor.solve(moments.mean));
+  const boost::math::fisher_f law(m, n - m);
+  result.p_value = cdf(complement(law, result.t_square * (n - m) / (m * (n - 1.0))));
+  return result;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "core/types.h"
+
+namespace credence::internal {
+
+/// The test that normalised vectors, innovations or errors, have mean zero.
+struct ZeroMeanTest {
+  std::int64_t count = 0;
+  Vector mean{};          ///< in standard deviations
+  double t_square = 0.0;  ///< Hotelling's N ūᵀ Ĉ⁻¹ ū ~ (N−1) m / (N−m) F(m, N−m): S may be wrong
+  double p_value = 0.0;   ///< of t_square; exact for Gaussian white u
+  std::string_view reason = {};  ///< why there is no test (p_value NaN), else empty
+};
+
+/// Tests the mean of the normalised innovations u = L⁻¹ ν, S = L Lᵀ, for zero: a bias of the sensor or of the
+/// model. Assumed: Gaussian and white; where whiteness fails, as in errors, add the mean of each run instead
+/// of each value. Of ten values or more that are no more than their components p_value is that of Student's t
+/// of each of these, Bonferroni over them, and t_square NaN.
+ZeroMeanTest test_zero_mean(const VectorMoments& moments);
+
+}  // namespace credence::internal

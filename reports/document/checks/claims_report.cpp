@@ -1,0 +1,121 @@
+#include "reports/document/checks/claims_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/append_item.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence::internal {
+namespace {
+
+CellTone tone_of(ClaimVerdict verdict) {
+  switch (verdict) {
+    case ClaimVerdict::holds:
+      return CellTone::good;
+    case ClaimVerdict::conditional:
+      return CellTone::caution;
+    case ClaimVerdict::fails:
+      return CellTone::alarm;
+    case ClaimVerdict::not_measured:
+      return CellTone::muted;
+  }
+  return CellTone::plain;
+}
+
+ReportAnswer claims_answer(const std::vector<Claim>& claims) {
+  std::string text;
+  for (const ClaimVerdict verdict :
+       {ClaimVerdict::holds, ClaimVerdict::conditional, ClaimVerdict::fails, ClaimVerdict::not_measured}) {
+    const auto count = std::ranges::count(claims, verdict, &Claim::verdict);
+    append_item(text, fmt::format("{} {}", count,
+                                  verdict == ClaimVerdict::holds         ? "hold"
+                                  : verdict == ClaimVerdict::conditional ? "hold under a condition"
+                                  : verdict == ClaimVerdict::fails       ? "fail"
+                                                                         : "not measured"));
+  }
+  const auto any = [&](ClaimVerdict verdict) {
+    return std::ranges::find(claims, verdict, &Claim::verdict) != claims.end();
+  };
+  // Claims of which none was measured are as if there were none.
+  const CellTone tone = any(ClaimVerdict::fails)                                     ? CellTone::caution
+                        : any(ClaimVerdict::holds) || any(ClaimVerdict::conditional) ? CellTone::good
+                                                                                     : CellTone::plain;
+  return {tone, fmt::format("Of {} claims: {}", claims.size(), text)};
+}
+
+/// The text in lines of at most 100 columns, each begun with `indent` blanks.
+std::vector<std::string> claim_lines(std::string_view text, std::size_t indent) {
+  constexpr std::size_t kWidth = 100;
+  std::vector<std::string> lines;
+  std::string line;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+    if (!line.empty() && indent + display_width(line) + 1 + display_width(word) > kWidth) {
+      lines.push_back(std::string(indent, ' ') + line);
+      line.clear();
+    }
+    if (!line.empty()) line += ' ';
+    line += word;
+  }
+  lines.push_back(std::string(indent, ' ') + line);
+  return lines;
+}
+
+ReportTable claims_table(const std::vector<Claim>& claims) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "Every claim with its evidence",
+                    .columns = {{"claim", words},
+                                {"source", words},
+                                {"verdict", words},
+                                {"measured", words},
+                                {"in the long run", words}}};
+  for (const Claim& c : claims) {
+    table.add({c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
+               c.measured, c.long_run});
+  }
+  return table;
+}
+
+std::string claims_json(const std::vector<Claim>& claims) {
+  Json list = Json::array();
+  for (const Claim& c : claims) {
+    list.push_back({{"id", c.id},
+                    {"source", c.source},
+                    {"statement", c.statement},
+                    {"measured", c.measured},
+                    {"long_run", text_or_null(c.long_run)},
+                    {"verdict", to_string(c.verdict)}});
+  }
+  return text_of_json({{"schema", kSchema},
+                       {"claims", std::move(list)},
+                       {"null_reason", "long_run: nothing changes beyond the paper's 100 steps"}});
+}
+
+}  // namespace
+
+Document claims_document(const std::vector<Claim>& claims) {
+  Document document("What the paper claims",
+                    "T. Vidal-Calleja, J. Andrade-Cetto, A. Sanfeliu, “Conditions for Suboptimal Filter "
+                    "Stability in SLAM”, IROS 2004; measured by Credence");
+  document.answer = claims_answer(claims);
+  document.json = [claims] { return claims_json(claims); };
+
+  document.show_answer();
+  for (const Claim& c : claims) {
+    document.show({fmt::format("{}: {} ({})", c.id, to_string(c.verdict), c.source)});
+    document.show(claim_lines(c.statement, 2));
+    document.show(claim_lines("measured: " + c.measured, 4));
+    if (!c.long_run.empty()) document.show(claim_lines("in the long run: " + c.long_run, 4));
+    document.show({""});
+  }
+
+  document.section("Claims");
+  document.table(claims_table(claims));
+  return document;
+}
+
+}  // namespace credence::internal

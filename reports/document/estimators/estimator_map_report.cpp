@@ -1,0 +1,226 @@
+#include "reports/document/estimators/estimator_map_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/append_item.h"
+#include "core/nan.h"
+#include "montecarlo/worlds/registry.h"
+#include "reports/document/estimators/estimator_report.h"
+#include "reports/document/sweep/swept_values.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+const MeanInterval& map_nees(const EstimatorMap& map, std::size_t point, std::size_t e) {
+  return map.studies[point].rows[e].nees[static_cast<std::size_t>(EstimatorBlock::pose)];
+}
+
+/// What is judged: any states are no pose.
+const char* map_nees_words(const EstimatorMap& map) {
+  return map.studies.front().has_vehicle ? "Pose NEES" : "NEES";
+}
+
+std::vector<FigureText> value_names(const SweepAxis& axis) {
+  std::vector<FigureText> names;
+  for (const ScalarValue& value : axis.values) names.emplace_back(swept_text(value));
+  return names;
+}
+
+/// Which value of an axis a point has.
+Index place_on(const SweepAxis& axis, const ScalarValue& value) {
+  return std::ranges::find(axis.values, value) - axis.values.begin();
+}
+
+FigureData places(Index count) {
+  FigureData data;
+  for (Index i = 1; i <= count; ++i) data.push_back(static_cast<double>(i));
+  return data;
+}
+
+AxisRange around(Index count) { return {0.5, static_cast<double>(count) + 0.5}; }
+
+/// Axes of the plan are two, each point is a cell: coloured by the cost of the cheapest, with its name.
+Panel cheapest_panel(const EstimatorMap& map) {
+  const SweepAxis &across = map.plan.axes[0], &up = map.plan.axes[1];
+  const auto columns = std::ssize(across.values), rows = std::ssize(up.values);
+  Panel panel{.title = "The cheapest that stays consistent",
+              .x_label = across.path,
+              .y_label = up.path,
+              .x_range = around(columns),
+              .y_range = around(rows),
+              .x_names = value_names(across),
+              .y_names = value_names(up),
+              .colour_label = "its time per step (µs); grey: none stays consistent",
+              .log_colour = true};
+  Matrix cells = Matrix::Constant(rows, columns, kNaN);
+  FigureData x, y;
+  std::vector<FigureText> names;
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    const Index column = place_on(across, map.plan.points[p].values[0]);
+    const Index row = place_on(up, map.plan.points[p].values[1]);
+    const auto best = map.cheapest(p);
+    if (best) cells(row, column) = 1e6 * map.seconds_per_step[*best];
+    x.push_back(static_cast<double>(column) + 0.6);
+    y.push_back(static_cast<double>(row) + 0.9);
+    names.emplace_back(best ? map.names[*best] : "none");
+  }
+  panel.series.push_back(heat_series(places(columns), places(rows), std::move(cells)));
+  panel.series.push_back(text_series(ColourRole::neutral, std::move(x), std::move(y), std::move(names)));
+  return panel;
+}
+
+/// Estimators over the values of the first axis: the largest pose NEES over the values of the others.
+Panel nees_panel(const EstimatorMap& map) {
+  const SweepAxis& across = map.plan.axes[0];
+  const auto columns = std::ssize(across.values), rows = std::ssize(map.names);
+  std::vector<FigureText> names;
+  for (const std::string& name : map.names) names.emplace_back(name);
+  Panel panel{
+      .title = fmt::format("{} over dof", map_nees_words(map)),
+      .x_label = across.path,
+      .y_label = "estimator",
+      .x_range = around(columns),
+      .y_range = around(rows),
+      .x_names = value_names(across),
+      .y_names = std::move(names),
+      .colour_label = fmt::format("{} over dof, the largest; grey: no run ended well", map_nees_words(map)),
+      .log_colour = true};
+  Matrix cells = Matrix::Constant(rows, columns, kNaN);
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    const Index column = place_on(across, map.plan.points[p].values[0]);
+    for (std::size_t e = 0; e < map.names.size(); ++e) {
+      if (map.studies[p].rows[e].runs == 0) continue;
+      double& cell = cells(static_cast<Index>(e), column);
+      cell = std::isnan(cell) ? map_nees(map, p, e).mean : std::max(cell, map_nees(map, p, e).mean);
+    }
+  }
+  panel.series.push_back(heat_series(places(columns), places(rows), std::move(cells)));
+  return panel;
+}
+
+ReportAnswer estimator_map_answer(const EstimatorMap& map) {
+  std::vector<int> enough(map.names.size(), 0);
+  int none = 0;
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    const auto best = map.cheapest(p);
+    ++(best ? enough[*best] : none);
+  }
+  std::string text;
+  for (std::size_t e = 0; e < enough.size(); ++e) {
+    if (enough[e] == 0) continue;
+    append_item(text, fmt::format("{} at {}", map.names[e], enough[e]));
+  }
+  if (none > 0) append_item(text, fmt::format("none at {}", none));
+  return {none > 0 ? CellTone::caution : CellTone::good,
+          fmt::format("The cheapest estimator that stays consistent, of {} points: {}",
+                      map.plan.points.size(), text)};
+}
+
+/// What is said of the ideal filter where it is one of those compared, or the world has none.
+const char* ideal_words(const EstimatorMap& map) {
+  if (std::ranges::find(map.names, "ideal") != map.names.end())
+    return " ideal is not asked: no filter that could be built.";
+  const EstimatorOffer* offer = world_of(map.studies.front().scenario).estimators;
+  std::vector<std::string_view> offered;
+  if (offer != nullptr) offered = offer->names(nullptr);
+  const bool has_ideal = std::ranges::find(offered, "ideal") != offered.end();
+  return has_ideal ? "" : " The world has no ideal filter.";
+}
+
+/// One row for each point, titled by the answer: the cheapest, and the pose NEES of all.
+ReportTable estimator_map_table(const EstimatorMap& map) {
+  ReportTable table{.title = estimator_map_answer(map).text};
+  for (const SweepAxis& axis : map.plan.axes) table.columns.push_back({axis.path, ColumnAlign::words});
+  table.columns.push_back({"cheapest", ColumnAlign::words});
+  for (const std::string& name : map.names) table.columns.push_back({name});
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    std::vector<TableCell> row;
+    for (const ScalarValue& value : map.plan.points[p].values) row.emplace_back(swept_text(value));
+    const auto best = map.cheapest(p);
+    row.push_back(best ? TableCell(map.names[*best], CellTone::good) : TableCell("none", CellTone::alarm));
+    for (std::size_t e = 0; e < map.names.size(); ++e) {
+      const auto failed = std::ssize(map.studies[p].rows[e].failures);
+      const CellTone tone = map.stays_consistent(p, e) ? CellTone::good : CellTone::alarm;
+      row.emplace_back(
+          failed > 0 ? fmt::format("{} failed", failed) : number_text(map_nees(map, p, e).mean, 3), tone);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  std::string costs;
+  for (std::size_t e = 0; e < map.names.size(); ++e) {
+    costs +=
+        fmt::format("{}{} {}", e == 0 ? "" : ", ", map.names[e], duration_text(map.seconds_per_step[e], 2));
+  }
+  table.notes = {fmt::format("{} over dof of {} runs a point. Stays consistent: no run failed, and the {:g} "
+                             "% interval of its mean reaches down to {:g}.{}",
+                             map_nees_words(map), map.studies.front().runs,
+                             100.0 * map.studies.front().scenario.study.confidence, kToleratedOptimism,
+                             ideal_words(map)),
+                 fmt::format("Time of a step, mean over the points: {}.", costs)};
+  for (std::string& note : left_out_notes(map.left_out)) table.notes.push_back(std::move(note));
+  return table;
+}
+
+/// With two axes, the cheapest at each point by its cost, named; pose NEES of every estimator along the first
+/// axis, over the worst of the other values.
+std::vector<Figure> estimator_map_figures(const EstimatorMap& map) {
+  std::vector<Figure> figures;
+  if (map.plan.axes.empty() || map.plan.mode != SweepMode::grid) return figures;
+  if (map.plan.axes.size() == 2) {
+    figures.push_back({.name = "cheapest",
+                       .caption = "At each point the cheapest estimator that stays consistent.",
+                       .panels = {cheapest_panel(map)}});
+  }
+  figures.push_back({.name = "nees",
+                     .caption = fmt::format(
+                         "{} over dof of each estimator, mean over the runs; of several points the largest.",
+                         map_nees_words(map)),
+                     .panels = {nees_panel(map)}});
+  return figures;
+}
+
+std::string estimator_map_json(const EstimatorMap& map) {
+  Json json;
+  json["schema"] = kSchema;
+  json["tolerated_optimism"] = kToleratedOptimism;
+  json["estimators"] = Json::array();
+  for (std::size_t e = 0; e < map.names.size(); ++e) {
+    json["estimators"].push_back(
+        {{"estimator", map.names[e]}, {"seconds_per_step", map.seconds_per_step[e]}});
+  }
+  json["left_out"] = left_out_json(map.left_out);
+  json["points"] = Json::array();
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    const auto best = map.cheapest(p);
+    Json point{{"values", swept_json(map.plan, map.plan.points[p])},
+               {"cheapest", best ? Json(map.names[*best]) : Json(nullptr)}};
+    point["study"] = Json::parse(estimator_json(map.studies[p]));
+    json["points"].push_back(std::move(point));
+  }
+  json["null_reason"] = "no estimator stays consistent, or no run ended well";
+  return text_of_json(json);
+}
+
+}  // namespace
+
+Document estimator_map_document(const EstimatorMap& map) {
+  Document document("Estimators over " + map.plan.name, "The cheapest that stays consistent, by Credence");
+  document.answer = estimator_map_answer(map);
+  document.json = [map] { return estimator_map_json(map); };
+
+  const ReportTable table = estimator_map_table(map);
+  document.brief.emplace_back(table);
+
+  document.section("Where which is enough");
+  document.table(table);
+  document.figures(estimator_map_figures(map));
+  document.section("Settings");
+  document.verbatim(canonical_toml(map.plan));
+  return document;
+}
+
+}  // namespace credence::internal

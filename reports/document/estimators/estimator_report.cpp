@@ -1,0 +1,407 @@
+#include "reports/document/estimators/estimator_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/append_item.h"
+#include "core/nan.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/posterior_bound.h"
+#include "montecarlo/worlds/registry.h"
+#include "reports/document/study/judgement_json.h"
+#include "reports/document/verdict_text.h"
+#include "reports/figures/estimator_figures.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+const MeanInterval& nees_of(const EstimatorRow& row, EstimatorBlock block) {
+  return row.nees[static_cast<std::size_t>(block)];
+}
+
+std::string with_interval(const MeanInterval& interval) {
+  if (interval.count == 0) return "–";
+  return interval_text(interval.mean, interval.lower, interval.upper, 4);
+}
+
+/// The same with a tone that says whether 1 lies in it.
+TableCell nees_cell(const MeanInterval& nees) {
+  if (nees.count == 0) return {"–", CellTone::muted};
+  if (!nees.reason.empty()) return number_text(nees.mean, 3);
+  const CellTone tone = nees.lower > 1.0   ? CellTone::alarm
+                        : nees.upper < 1.0 ? CellTone::caution
+                                           : CellTone::good;
+  return {with_interval(nees), tone};
+}
+
+TableCell rmse_cell(const MeanInterval& rmse, double unit) {
+  return rmse.count == 0 ? TableCell("–") : TableCell(unit * rmse.mean, 3);
+}
+
+TableCell failed_cell(const EstimatorRow& row) {
+  const auto failed = static_cast<std::int64_t>(row.failures.size());
+  if (failed == 0) return {"0", CellTone::plain};
+  return {fmt::format("{}", failed), CellTone::alarm};
+}
+
+/// "Runs 12, 40, 77 … of fej failed; credence run … --only-run 12 shows one."
+std::vector<std::string> failure_notes(const EstimatorStudy& study) {
+  constexpr std::size_t kNamed = 5;
+  std::vector<std::string> notes;
+  for (const EstimatorRow& row : study.rows) {
+    if (row.failures.empty()) continue;
+    std::string runs;
+    for (std::size_t i = 0; i < std::min(kNamed, row.failures.size()); ++i) {
+      append_item(runs, fmt::format("{} ({} at step {})", row.failures[i].run,
+                                    to_string(row.failures[i].outcome), row.failures[i].step));
+    }
+    notes.push_back(
+        fmt::format("{}: {} of {} runs failed and are in no average: {}{}. `credence run --set "
+                    "filter.estimator={} --only-run {}` shows one.",
+                    row.name, row.failures.size(), study.runs, runs,
+                    row.failures.size() > kNamed ? ", …" : "", row.name, row.failures.front().run));
+  }
+  return notes;
+}
+
+const EstimatorRow& yardstick(const EstimatorStudy& study) {
+  const auto ideal = std::ranges::find(study.rows, "ideal", &EstimatorRow::name);
+  return ideal == study.rows.end() ? study.rows.front() : *ideal;
+}
+
+/// NaN throughout where nothing was counted.
+MeanInterval known(const MeanInterval& interval) {
+  return interval.count > 0 ? interval : MeanInterval{.mean = kNaN, .lower = kNaN, .upper = kNaN};
+}
+
+Json nees_interval_json(const MeanInterval& interval) {
+  const MeanInterval i = known(interval);
+  return {{"mean", i.mean}, {"lower", i.lower}, {"upper", i.upper}};
+}
+
+Json blocks_json(const EstimatorRow& row,
+                 std::initializer_list<std::pair<const char*, EstimatorBlock>> blocks) {
+  Json json;
+  for (const auto& [name, block] : blocks) {
+    json[name] = nees_interval_json(nees_of(row, block));
+    const Band& band = row.bands[static_cast<std::size_t>(block)];
+    if (block == EstimatorBlock::pose || block == EstimatorBlock::map)
+      json[name]["optimistic_p_value"] = row.optimistic_p_value[static_cast<std::size_t>(block)];
+    json[name]["quantiles"] = nees_of(row, block).count > 0 ? Json(band) : Json(nullptr);
+  }
+  return json;
+}
+
+/// The part that is judged first, and its squared error with its unit.
+std::string_view judged(const EstimatorStudy& study) { return study.has_vehicle ? "pose" : "state"; }
+std::string_view squared_error(const EstimatorStudy& study) {
+  return study.has_vehicle ? "squared position error, m²" : "squared error of the state";
+}
+
+/// A number of headings and metres, or of the state in the units of its own.
+Json accuracy_json(const EstimatorStudy& study, double heading_rad, double position) {
+  const bool vehicle = study.has_vehicle;
+  return {{"heading_rad", vehicle ? Json(heading_rad) : Json(nullptr)},
+          {"position_m", vehicle ? Json(position) : Json(nullptr)},
+          {"state", vehicle ? Json(nullptr) : Json(position)}};
+}
+
+Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
+  using enum EstimatorBlock;
+  Json json{{"estimator", row.name}, {"chart", row.profile.chart}};
+  json["nees"] =
+      blocks_json(row, {{"pose", pose}, {"heading", heading}, {"position", position}, {"map", map}});
+  json["nees_other_chart"] = blocks_json(row, {{"pose", plane_pose}, {"position", chart_position}});
+  const MeanInterval none{}, &position_rmse = row.position_rmse_m, &efficiency = row.position_efficiency;
+  const auto of_vehicle = [&](const MeanInterval& r) -> const MeanInterval& {
+    return study.has_vehicle ? r : none;
+  };
+  const auto of_state = [&](const MeanInterval& r) -> const MeanInterval& {
+    return study.has_vehicle ? none : r;
+  };
+  const auto ends = [](const MeanInterval& r) { return Json{known(r).lower, known(r).upper}; };
+  json["rmse"] = accuracy_json(study, known(row.heading_rmse_rad).mean, known(position_rmse).mean);
+  json["rmse"]["heading_interval_rad"] = ends(row.heading_rmse_rad);
+  json["rmse"]["position_interval_m"] = ends(of_vehicle(position_rmse));
+  json["rmse"]["state_interval"] = ends(of_state(position_rmse));
+  json["efficiency"] = {{"heading", nees_interval_json(row.heading_efficiency)},
+                        {"position", nees_interval_json(of_vehicle(efficiency))},
+                        {"state", nees_interval_json(of_state(efficiency))}};
+  json["claimed_rmse"] = accuracy_json(study, row.claimed_heading_rad, row.claimed_position_m);
+  json["unobservable"] = row.unobservable;
+  json["rank_gap"] = row.rank_gap;
+  json["seconds_per_step"] = row.profile.seconds_per_step;
+  json["runs"] = row.runs + std::ssize(row.failures);
+  json["failed"] = row.failures.size();
+  json["failures"] = Json::array();
+  for (const RunFailure& failure : row.failures) json["failures"].push_back(failure_json(failure));
+  json["not_converged"] = not_converged_json(row.not_converged);
+  json["pose_nees_over_time"] = row.pose_nees;
+  json["pose_nees_quantiles_over_time"] = row.pose_bands;
+  return json;
+}
+
+Json paired_json(const EstimatorStudy& study, const PairedDifference& paired) {
+  return {{"first", paired.first},
+          {"second", paired.second},
+          {"of", !paired.of_position ? "nees.pose"
+                 : study.has_vehicle ? "position_error_squared_m2"
+                                     : "state_error_squared"},
+          {"difference", known(paired.difference).mean},
+          {"lower", paired.difference.lower},
+          {"upper", paired.difference.upper},
+          {"p_value", paired.p_value},
+          {"gain", paired.gain},
+          {"runs", paired.difference.count}};
+}
+
+std::string runs_text(const EstimatorStudy& study) {
+  return fmt::format("{} runs of {} steps, the same {} and measurements for all.", study.runs,
+                     study.scenario.study.steps, study.has_vehicle ? "odometry" : "process noise");
+}
+
+ReportTable estimator_table(const EstimatorStudy& study) {
+  using enum EstimatorBlock;
+  constexpr ColumnAlign words = ColumnAlign::words;
+  ReportTable table{.title = fmt::format("Estimators in {}", study.scenario.name),
+                    .columns = {{"estimator", words}}};
+  const auto add_columns = [&](std::initializer_list<TableColumn> columns) {
+    table.columns.insert(table.columns.end(), columns);
+  };
+  if (study.has_vehicle) {
+    add_columns({{"NEES of heading", words},
+                 {"of position", words},
+                 {"of pose", words},
+                 {"of the map", words},
+                 {"RMSE heading °"},
+                 {"position m"}});
+  } else {
+    add_columns({{"NEES", words}, {"RMSE"}});
+  }
+  add_columns({{"unobservable"}, {"time a step", words}, {"failed runs"}});
+  for (const EstimatorRow& row : study.rows) {
+    std::vector<TableCell> cells = {row.name};
+    if (study.has_vehicle) {
+      for (const EstimatorBlock block : {heading, position, pose, map}) {
+        cells.push_back(nees_cell(nees_of(row, block)));
+      }
+      cells.push_back(rmse_cell(row.heading_rmse_rad, kDegrees));
+    } else {
+      cells.push_back(nees_cell(nees_of(row, pose)));
+    }
+    cells.push_back(rmse_cell(row.position_rmse_m, 1.0));
+    cells.emplace_back(row.unobservable);
+    cells.emplace_back(duration_text(row.profile.seconds_per_step, 2));
+    cells.push_back(failed_cell(row));
+    table.add(std::move(cells));
+  }
+  table.notes = {fmt::format("{} NEES over dof, averaged over all steps of a run; mean over the runs with "
+                             "its {:g} % interval, each by itself; the answer takes all estimators together "
+                             "(Holm). 1 is consistent, above is optimistic.",
+                             runs_text(study), 100.0 * study.scenario.study.confidence),
+                 "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open "
+                 "in run 0. time a step: predict and update, without statistics.",
+                 study.note};
+  if (study.has_vehicle) {
+    table.notes.insert(
+        table.notes.begin() + 1,
+        fmt::format("Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P "
+                    "transported to first order at the estimate. The map at every {}th step.",
+                    study.map_stride));
+  }
+  for (const EstimatorRow& row : study.rows) {
+    if (row.profile.chart == "plane") continue;
+    table.notes.push_back(fmt::format(
+        "{}: its chart is {}. In the plane its pose NEES is {}; the position of its chart has {}.", row.name,
+        row.profile.chart_text, nees_cell(nees_of(row, plane_pose)).text,
+        nees_cell(nees_of(row, chart_position)).text));
+  }
+  for (std::string& note : failure_notes(study)) table.notes.push_back(std::move(note));
+  for (const EstimatorRow& row : study.rows) {
+    if (row.not_converged.empty()) continue;
+    table.notes.push_back(
+        fmt::format("{}: {}", row.name, not_converged_sentence(row.not_converged, study.runs)));
+  }
+  for (std::string& note : left_out_notes(study.left_out)) table.notes.push_back(std::move(note));
+  return table;
+}
+
+ReportTable estimator_bound_table(const EstimatorStudy& study) {
+  constexpr ColumnAlign words = ColumnAlign::words;
+  ReportTable table{.title = "Errors beside the posterior Cramér-Rao bound",
+                    .columns = {{"estimator", words}}};
+  if (study.has_vehicle) {
+    table.columns.insert(
+        table.columns.end(),
+        {{"efficiency in heading", words}, {"in position", words}, {"P claims: heading °"}, {"position m"}});
+  } else {
+    table.columns.insert(table.columns.end(), {{"efficiency", words}, {"P claims"}});
+  }
+  for (const EstimatorRow& row : study.rows) {
+    if (row.runs == 0) continue;
+    std::vector<TableCell> cells = {row.name};
+    if (study.has_vehicle) cells.emplace_back(with_interval(row.heading_efficiency));
+    cells.emplace_back(with_interval(row.position_efficiency));
+    if (study.has_vehicle) cells.emplace_back(kDegrees * row.claimed_heading_rad, 3);
+    cells.emplace_back(row.claimed_position_m, 3);
+    table.add(std::move(cells));
+  }
+  const VehicleBound& bound = study.bound;
+  if (std::isnan(bound.position_squared)) {
+    const std::string reason = no_bound_reason(study.scenario);
+    table.notes = {"No bound: " + (reason.empty() ? "the filter that knows the noise fails" : reason) + "."};
+    return table;
+  }
+  const std::string position = number_text(std::sqrt(bound.position_squared), 3);
+  table.notes = {fmt::format(
+      "No estimator without bias has an RMSE below {} ([Tichavsky 1998]: Jacobians along the true path). "
+      "Efficiency: the bound over the mean squared error, with the interval of the latter.",
+      study.has_vehicle ? fmt::format("{} ° and {} m",
+                                      number_text(kDegrees * std::sqrt(bound.heading_squared), 3), position)
+                        : position)};
+  return table;
+}
+
+ReportAnswer estimator_answer(const EstimatorStudy& study) {
+  std::vector<std::string> consistent, optimistic, unknown, in_the_map;
+  const auto is_optimistic = [&](const EstimatorRow& row, EstimatorBlock block) {
+    return nees_of(row, block).lower > 1.0 &&
+           row.optimistic_p_value[static_cast<std::size_t>(block)] <= 1.0 - study.scenario.study.confidence;
+  };
+  for (const EstimatorRow& row : study.rows) {
+    const MeanInterval &pose = nees_of(row, EstimatorBlock::pose), &map = nees_of(row, EstimatorBlock::map);
+    if (row.runs == 0 || std::isnan(pose.lower)) {
+      unknown.push_back(row.name);
+    } else if (is_optimistic(row, EstimatorBlock::pose)) {
+      optimistic.push_back(
+          fmt::format("{} ({} times the squared error that P claims)", row.name, number_text(pose.mean, 3)));
+    } else {
+      consistent.push_back(row.name);
+      if (is_optimistic(row, EstimatorBlock::map))
+        in_the_map.push_back(fmt::format("{} ({} times)", row.name, number_text(map.mean, 3)));
+    }
+  }
+  if (std::ranges::all_of(study.rows, [](const EstimatorRow& row) { return row.runs == 0; })) {
+    return {CellTone::alarm, "No run of any estimator finished"};
+  }
+  std::vector<std::string> sentences;
+  if (!optimistic.empty())
+    sentences.push_back(fmt::format("Optimistic in the {}: {}", judged(study), fmt::join(optimistic, ", ")));
+  const std::string others = fmt::format("{}", fmt::join(consistent, ", "));
+  if (!others.empty()) {
+    const std::string none = fmt::format("No evidence that the {} of any is optimistic: ", judged(study));
+    sentences.push_back((optimistic.empty() ? none : "No evidence against ") + others);
+  } else if (unknown.empty()) {
+    sentences.emplace_back("None is not");
+  }
+  if (!in_the_map.empty()) {
+    sentences.push_back(
+        fmt::format("Of these the map is optimistic all the same: {}", fmt::join(in_the_map, ", ")));
+  }
+  if (!unknown.empty()) {
+    sentences.push_back(fmt::format("Nothing can be said of {}", fmt::join(unknown, ", ")));
+  }
+  const bool good = optimistic.empty() && unknown.empty() && in_the_map.empty();
+  return {good ? CellTone::good : CellTone::caution, fmt::format("{}", fmt::join(sentences, ". "))};
+}
+
+ReportTable estimator_difference_table(const EstimatorStudy& study) {
+  const std::string& other = yardstick(study).name;
+  ReportTable table{.title = fmt::format("Each estimator less {}, on the same noise", other),
+                    .columns = {{"estimator", ColumnAlign::words},
+                                {"of", ColumnAlign::words},
+                                {"difference", ColumnAlign::words},
+                                {"p"},
+                                {"gain of pairing"},
+                                {"runs"}}};
+  for (const PairedDifference& paired : study.paired) {
+    if (paired.first != other && paired.second != other) continue;
+    const bool turned = paired.first == other;
+    const MeanInterval& d = paired.difference;
+    const double sign = turned ? -1.0 : 1.0;
+    table.add({turned ? paired.second : paired.first,
+               paired.of_position ? std::string(squared_error(study))
+                                  : fmt::format("{} NEES over dof", judged(study)),
+               d.count == 0
+                   ? std::string("–")
+                   : interval_text(sign * d.mean, turned ? -d.upper : d.lower, turned ? -d.lower : d.upper),
+               TableCell(paired.p_value, 2), TableCell(paired.gain, 3), d.count});
+  }
+  table.notes = {
+      "Mean over the runs that both finished, with its interval (Student's and Hall's scores), and the "
+      "p-value of no "
+      "difference, not adjusted for the number of pairs.",
+      "gain of pairing: how many times more runs would be needed for the same precision if each estimator "
+      "had noise of its own."};
+  return table;
+}
+
+}  // namespace
+
+std::vector<std::string> left_out_notes(std::span<const LeftOutEstimator> left_out) {
+  std::vector<std::string> notes;
+  for (const LeftOutEstimator& of : left_out)
+    notes.push_back(fmt::format("{} is left out: {}.", of.name, of.reason));
+  return notes;
+}
+
+Json left_out_json(std::span<const LeftOutEstimator> left_out) {
+  Json list = Json::array();
+  for (const LeftOutEstimator& of : left_out) list.push_back({{"estimator", of.name}, {"reason", of.reason}});
+  return list;
+}
+
+std::string estimator_json(const EstimatorStudy& study) {
+  Json json;
+  json["schema"] = kSchema;
+  json["scenario"] = Json::parse(scenario_to_json(study.scenario));
+  json["runs"] = study.runs;
+  json["steps"] = study.scenario.study.steps;
+  json["confidence"] = study.scenario.study.confidence;
+  json["complete"] = study.complete;
+  json["map_every_steps"] = study.map_stride;
+  json["quantile_levels"] = kBandLevels;
+  json["bound"] =
+      accuracy_json(study, std::sqrt(study.bound.heading_squared), std::sqrt(study.bound.position_squared));
+  json["window_ends"] = study.window_ends;
+  json["rows"] = Json::array();
+  for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(study, row));
+  json["left_out"] = left_out_json(study.left_out);
+  json["paired"] = Json::array();
+  for (const PairedDifference& paired : study.paired) json["paired"].push_back(paired_json(study, paired));
+  json["null_reason"] = "no run that ended well, no finite bound, or a world without such states";
+  return text_of_json(json);
+}
+
+Document estimator_document(const EstimatorStudy& study) {
+  Document document("Estimators in " + study.scenario.name, "Consistency, accuracy and cost, by Credence");
+  document.answer = estimator_answer(study);
+  document.json = [study] { return estimator_json(study); };
+
+  const ReportTable consistency = estimator_table(study), bound = estimator_bound_table(study);
+  const ReportTable differences = estimator_difference_table(study);
+  document.show_answer();
+  document.show_apart({consistency, bound});
+  if (study.rows.size() > 1) document.brief.emplace_back(differences);
+
+  document.section("Who is consistent");
+  document.facts({{"world", world_text(study.scenario)}, {"runs", runs_text(study)}});
+  document.table(consistency);
+  document.figures(estimator_figures(study));
+  document.table(bound);
+  document.section("Differences");
+  document.table(differences);
+  document.section("Settings");
+  document.verbatim(canonical_toml(study.scenario));
+  return document;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,64 @@
+#include "reports/document/judge/judge_filter.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <stdexcept>
+
+#include "analysis/evidence/sums/evidence_collect.h"
+#include "montecarlo/worlds/plugged/function_bound.h"
+#include "reports/document/judge/judged.h"
+
+namespace credence::internal {
+namespace {
+
+/// Plays all runs and judges them, without a bound.
+CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
+                   const std::function<std::string(std::int64_t)>& said) {
+  if (options.runs < 1 || options.steps < 1) {
+    throw std::invalid_argument(
+        fmt::format("{} runs of {} steps: expected at least 1", options.runs, options.steps));
+  }
+  EngineOptions engine;
+  engine.threads = options.threads;
+  std::optional<Evidence> evidence = collect_evidence(experiment, options.runs, engine);
+  if (options.inflated) evidence.value().layout.inflated = true;
+  CheckedLogs logs;
+  logs.name = options.name;
+  logs.format = fmt::format("simulated, {} steps, seed {}", options.steps, options.seed);
+  logs.analysis = analyse_logs(std::move(evidence).value(), {.confidence = options.confidence});
+  for (const RunFailure& failure : logs.analysis.evidence.study.failures) {
+    if (failure.outcome != Outcome::threw || !said) continue;
+    logs.failures_said[failure.run] = fmt::format("seed {}: {}", options.seed, said(failure.run));
+  }
+  return logs;
+}
+
+}  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
+                              const std::function<std::string(std::int64_t)>& said) {
+  return JudgedFilter(judged_logs(played(experiment, options, said)));
+}
+
+JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believed,
+                         const JudgeOptions& options) {
+  const auto make_filter = [&] { return FunctionEkf(believed); };
+  const PluggedExperiment experiment(FunctionWorld(truth), make_filter, options.plug());
+  if (options.check_plug) require_sound(experiment.problems());
+  CheckedLogs logs = played(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
+  const bool plain = options.process_noise.is_plain() && options.measurement_noise.is_plain();
+  if (plain && options.measurement_delay == 0) {
+    LogAnalysis& a = logs.analysis;
+    a.bound = posterior_bound(truth, options.plug());
+    add_bound(*a.bound, a.evidence.study, 0, a.judgement.nees.confidence, a.judgement.accuracy);
+  }
+  return JudgedFilter(judged_logs(std::move(logs)));
+}
+
+}  // namespace credence

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/verdicts/verdict.h"
+
+namespace credence::internal {
+
+struct Judged;
+
+}  // namespace credence::internal
+
+namespace credence {
+
+/// Prints its word, also in a message of a test.
+std::ostream& operator<<(std::ostream& out, Verdict verdict);
+
+/// A factor on a covariance with its interval; NaN, and a reason, where it is not known.
+struct Factor {
+  double value = 0.0, lower = 0.0, upper = 0.0;
+  std::string reason;
+};
+
+/// What most likely is wrong, and what speaks for it.
+struct NamedCause {
+  std::string name, why;
+};
+
+/// A run that did not end well: when, how, and what its filter said, if it threw.
+struct FailedRun {
+  std::int64_t run = 0, step = 0;
+  std::string outcome, said;
+};
+
+/// A filter that was judged by its runs, wherever they came from: the answer, and all forms of telling it.
+class JudgedFilter {
+ public:
+  explicit JudgedFilter(internal::Judged judged);
+
+  /// The one word over NEES, NIS and every block of the state.
+  Verdict verdict() const;
+  /// Of everything together: the verdict is not `consistent` iff this is at most 1 − confidence.
+  double p_value() const;
+  /// What is wrong, where and when, in a few words; of a consistent filter what was seen.
+  const std::string& says() const;
+  /// On P: the true covariance over the claimed one, on average over steps.
+  const Factor& factor() const;
+  /// The most specific first; a hint, not a proof.
+  const std::vector<NamedCause>& causes() const;
+  const std::vector<FailedRun>& failures() const;
+  /// False after an interruption: fewer runs than asked for.
+  bool complete() const;
+
+  /// What `credence run` or `credence check` prints on a terminal.
+  std::string text() const;
+  /// What `--format json` prints (docs/formats.md): every number there is.
+  std::string json() const;
+  /// What `--out DIR` writes: DIR/index.html, figures, and every step as CSV. Throws OutputError.
+  void write_report(const std::filesystem::path& directory) const;
+
+  const internal::Judged& judged() const { return *judged_; }
+
+ private:
+  std::shared_ptr<const internal::Judged> judged_;
+};
+
+}  // namespace credence

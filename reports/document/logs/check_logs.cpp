@@ -1,0 +1,177 @@
+#include "reports/document/logs/check_logs.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <map>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "datasets/logs/judge_logs.h"
+#include "datasets/logs/log_name.h"
+#include "datasets/logs/run_errors.h"
+#include "reports/document/judge/judged.h"
+#include "reports/document/logs/checked_logs.h"
+
+namespace credence::internal {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Formats = std::map<fs::path, const LogFormat*>;
+
+/// An option that only some formats have a use for.
+struct FormatOption {
+  std::string_view name;
+  bool given, taken;
+  std::string_view accepted;  ///< the formats
+  bool of_truth = true;       ///< says how the log is compared with one
+};
+
+bool names_truth(const CheckOptions& o) { return !o.truths.empty() || !o.reading.truth_topic.empty(); }
+
+/// Throws std::invalid_argument for an option that would do nothing.
+void require_use(const fs::path& file, const LogFormat& format, const CheckOptions& o) {
+  constexpr std::string_view kPoses = "bags and trajectories of poses";
+  const LogReadOptions& r = o.reading;
+  const TrajectoryMatching& m = r.matching;
+  const TrajectoryMatching usual{};
+  const bool other_times = m.max_time_difference_s != usual.max_time_difference_s;
+  const bool compared = format.has_poses || format.holds_truth;
+  const FormatOption options[] = {
+      {"--topic", !r.topic.empty(), format.has_topics, "bags", false},
+      {"--truth-topic", !r.truth_topic.empty(), format.holds_truth, "bags and PX4 ULog", false},
+      {"--instance", r.instance.has_value(), format.has_instances, "PX4 ULog and ArduPilot DataFlash", false},
+      {"--chart or --orientation-error", r.chart.has_value(), format.has_poses, kPoses},
+      {"--lever-arm", m.lever_arm.has_value(), format.has_poses, kPoses},
+      {"--time-offset", m.find_time_offset || m.time_offset_s, format.has_poses, kPoses},
+      {"--align", m.alignment != usual.alignment, format.has_poses, kPoses},
+      {"--truth-time", m.truth_time != usual.truth_time, compared,
+       "bags, trajectories of poses and PX4 ULog"},
+      {"--max-time-difference", other_times, compared || format.takes_truth,
+       "bags, trajectories of poses, PX4 ULog and RTKLIB"}};
+  for (const FormatOption& option : options) {
+    if (!option.given) continue;
+    if (!option.taken) {
+      throw std::invalid_argument(fmt::format("{}: {} is read as {}; accepted are {}", option.name,
+                                              file.string(), format.title, option.accepted));
+    }
+    if (option.of_truth && !names_truth(o)) {
+      throw std::invalid_argument(
+          fmt::format("{}: does nothing without a truth, and none is named for {} (--truth, --truth-topic)",
+                      option.name, file.string()));
+    }
+  }
+}
+
+/// "PX4 ULog, …; truth interpolated, …"
+std::string format_text(const CheckOptions& o, const Formats& formats) {
+  std::set<std::string_view> titles;
+  bool with_truth = false;
+  for (const auto& [file, format] : formats) {
+    titles.insert(format->title);
+    with_truth = with_truth || (format->takes_truth && names_truth(o));
+  }
+  std::string text = fmt::format("{}", fmt::join(titles, ", "));
+  if (with_truth) {
+    const TrajectoryMatching& m = o.reading.matching;
+    text += fmt::format("; truth {}, at most {:g} s away; alignment of the truth: {}",
+                        m.truth_time == TruthTime::nearest ? "nearest" : "interpolated",
+                        m.max_time_difference_s, to_string(m.alignment));
+  }
+  return text;
+}
+
+/// The sentences of several files; the same sentence of several only once.
+std::vector<std::string> remarks_of(const LogJudgeResult& result) {
+  std::vector<std::string> texts;
+  std::map<std::string, std::int64_t> times;
+  for (const LogRemark& remark : result.remarks) {
+    if (times[remark.sentence]++ == 0) texts.push_back(remark.sentence);
+  }
+  for (std::string& text : texts) {
+    if (const std::int64_t n = times[text]; n > 1) text += fmt::format(" ({} files.)", n);
+  }
+  return texts;
+}
+
+}  // namespace
+
+Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
+  Formats formats;
+  for (const fs::path& file : files) {
+    const LogFormat& format = log_format_of(file, o.format);
+    if (!o.truths.empty() && !format.takes_truth) {
+      throw std::invalid_argument(
+          fmt::format("--truth: {} is read as {}, which holds its truth itself, or has none", file.string(),
+                      format.title));
+    }
+    require_use(file, format, o);
+    formats.emplace(file, &format);
+  }
+  return formats;
+}
+
+CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options,
+                         const CheckWatch& watch) {
+  const Formats formats = formats_of(files, options);
+  LogReadOptions reading = options.reading;
+  reading.truth = TruthFiles(files, options.truths);
+  RunErrors first_run;
+  const auto read = [&](const fs::path& file, LogSink& sink) {
+    FirstRunSink first(sink, first_run);
+    const bool kept = watch.keep_first_run && &file == &files.front();  // read by one thread, like every file
+    formats.at(file)->read(file, reading, kept ? static_cast<LogSink&>(first) : sink);
+  };
+  LogJudgeResult result = judge_logs(files, read,
+                                     {.threads = options.threads,
+                                      .stop = options.stop,
+                                      .progress = watch.progress,
+                                      .partial = reading.partial});
+  CheckedLogs logs;
+  if (result.evidence.rows == 0 && !result.complete) {
+    logs.analysis.complete = false;
+    return logs;
+  }
+  logs.name = options.name;
+  logs.format = format_text(options, formats);
+  logs.files = result.files;
+  logs.unmatched_rows = result.unmatched_rows;
+  logs.remarks = remarks_of(result);
+  logs.analysis = analyse_collected(
+      std::move(result.evidence), result.calibration,
+      {.confidence = options.confidence,
+       .sensitivity = options.sensitivity,
+       .margin = options.within,
+       .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr},
+      result.explained());
+  logs.analysis.complete = result.complete;
+  logs.poses = std::move(result.poses);
+  logs.calibration = judge_calibration(result.calibration, options.confidence);
+  logs.units = unit_factors(result.calibration);
+  logs.first_run = std::move(first_run);
+  return logs;
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+JudgedFilter check_logs(std::span<const std::string> logs, const CheckOptions& options) {
+  if (logs.empty()) throw std::invalid_argument("check_logs: no logs were given");
+  CheckedLogs checked = checked_logs(log_files(logs), options, {.keep_first_run = true});
+  if (checked.analysis.evidence.rows == 0 && !checked.analysis.complete) {
+    throw std::runtime_error("interrupted before the first rows were judged");
+  }
+  checked.name = options.name.empty() ? log_name(logs.front()) : options.name;
+  return JudgedFilter(judged_logs(std::move(checked)));
+}
+
+}  // namespace credence

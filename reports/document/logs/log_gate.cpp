@@ -1,0 +1,174 @@
+#include "reports/document/logs/log_gate.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "reports/document/logs/log_table.h"
+#include "reports/document/study/calibration_report.h"
+#include "reports/document/study/judgement_report.h"
+#include "reports/render/html_text.h"
+#include "reports/render/number_text.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence::internal {
+namespace {
+
+bool names_inconsistency(const std::string& verdict) {
+  return std::ranges::any_of(
+      std::array{Verdict::optimistic, Verdict::pessimistic, Verdict::mixed, Verdict::not_gaussian},
+      [&](Verdict v) { return is_inconsistent(v) && to_string(v) == verdict; });
+}
+
+struct JunitCase {
+  std::string name, says;
+  bool failed = false, skipped = false;
+};
+
+std::string junit_case(const JunitCase& c) {
+  const std::string begin =
+      fmt::format("  <testcase classname=\"credence.check\" name=\"{}\"", escape_html(c.name));
+  if (c.skipped) return fmt::format("{}><skipped message=\"{}\"/></testcase>\n", begin, escape_html(c.says));
+  if (c.failed) return fmt::format("{}><failure message=\"{}\"/></testcase>\n", begin, escape_html(c.says));
+  return fmt::format("{}><system-out>{}</system-out></testcase>\n", begin, escape_html(c.says));
+}
+
+}  // namespace
+
+LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::string_view document,
+                     double margin) {
+  const auto refuse = [&] {
+    throw std::invalid_argument(
+        fmt::format("--baseline {}: is not a document of `credence check --format json`", baseline));
+  };
+  const Json before = Json::parse(document, nullptr, false);
+  if (before.is_discarded() || !before.is_object() || !before.contains("verdict") ||
+      !before.contains("nees") || !before["verdict"].is_string()) {
+    refuse();
+  }
+  const Judgement& now = logs.analysis.judgement;
+  LogGate gate;
+  gate.baseline = baseline;
+  gate.level = 1.0 - now.confidence;
+  gate.verdict_before = before["verdict"].get<std::string>();
+  gate.became_inconsistent = is_inconsistent(now.word.verdict) && !names_inconsistency(gate.verdict_before);
+  if (gate.became_inconsistent) {
+    gate.worse.push_back(
+        fmt::format("it was {}, and is {}", gate.verdict_before, to_string(now.word.verdict)));
+  }
+  UnitFactors first;
+  try {
+    first = unit_factors_of(before.value("calibration", Json::object()));
+  } catch (const Json::exception&) {
+    refuse();
+  }
+  gate.changes = compare_factors(logs.units, first, now.confidence);
+  for (const FactorChange& change : gate.changes) {
+    const double was = std::abs(std::log(change.before)), is = std::abs(std::log(change.after));
+    const bool large = std::abs(std::log(change.ratio.mean)) > std::log1p(margin);
+    if (is > was && large && change.adjusted <= gate.level) gate.worse.push_back(change_text(change));
+  }
+  return gate;
+}
+
+std::string change_text(const FactorChange& change) {
+  return fmt::format("more {} in {}: the factor on P is {} times what it was, {}",
+                     change.ratio.mean > 1.0 ? "optimistic" : "pessimistic",
+                     change.part == "NEES" ? "the whole state" : change.part,
+                     interval_text(change.ratio.mean, change.ratio.lower, change.ratio.upper),
+                     p_value_statement(change.adjusted));
+}
+
+std::string gate_sentence(const LogGate& gate) {
+  std::string text = fmt::format("Against {} ({}): ", gate.baseline, gate.verdict_before);
+  if (!gate.worse.empty()) return text + "WORSE: " + fmt::format("{}", fmt::join(gate.worse, "; ")) + ".";
+  text += "nothing is worse.";
+  if (gate.changes.empty()) text += " No runs or stretches could be paired by their names.";
+  for (const FactorChange& change : gate.changes) {
+    if (change.adjusted <= gate.level) text += " It is " + change_text(change) + ".";
+  }
+  return text;
+}
+
+Json change_json(const FactorChange& change) {
+  return {{"part", change.part},         {"ratio", change.ratio.mean}, {"lower", change.ratio.lower},
+          {"upper", change.ratio.upper}, {"p_value", change.p_value},  {"adjusted_p_value", change.adjusted}};
+}
+
+Json gate_json(const LogGate& gate) {
+  Json changes = Json::array();
+  for (const FactorChange& change : gate.changes) changes.push_back(change_json(change));
+  return {{"file", gate.baseline},
+          {"verdict_before", gate.verdict_before},
+          {"became_inconsistent", gate.became_inconsistent},
+          {"changes", std::move(changes)},
+          {"worse", gate.worse}};
+}
+
+bool fails(const CheckedLogs& logs) {
+  return logs.gate ? !logs.gate->worse.empty() : is_inconsistent(logs.analysis.judgement.word.verdict);
+}
+
+std::string junit_xml(const CheckedLogs& logs, double confidence) {
+  const Judgement& j = logs.analysis.judgement;
+  const bool failed = fails(logs);
+  std::vector<JunitCase> cases = {{"the covariance can be trusted", log_answer(logs), failed && !logs.gate,
+                                   j.word.verdict == Verdict::undecided}};
+  if (logs.gate) {
+    cases.push_back(
+        {"no worse than " + logs.gate->baseline,
+         logs.gate->worse.empty() ? "nothing is worse" : fmt::format("{}", fmt::join(logs.gate->worse, "; ")),
+         failed});
+  }
+  for (const NamedTest& test : j.tests) {
+    const bool rejects = test.adjusted <= 1.0 - confidence;
+    cases.push_back({test.name,
+                     fmt::format("{}; {}, adjusted {}", test.says, p_value_statement(test.p_value),
+                                 p_value_text(test.adjusted)),
+                     rejects && failed && !logs.gate, std::isnan(test.p_value)});
+    if (cases.back().skipped) cases.back().says = test.says;
+  }
+  const auto count = [&](bool JunitCase::*what) { return std::ranges::count(cases, true, what); };
+  std::string xml = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"credence check {}\" tests=\"{}\" "
+      "failures=\"{}\" errors=\"0\" skipped=\"{}\">\n",
+      escape_html(logs.name), cases.size(), count(&JunitCase::failed), count(&JunitCase::skipped));
+  for (const JunitCase& c : cases) xml += junit_case(c);
+  return xml + "</testsuite>\n";
+}
+
+std::string markdown_summary(const CheckedLogs& logs) {
+  const Judgement& j = logs.analysis.judgement;
+  constexpr std::size_t kBlocks = 12;
+  std::string text = fmt::format("## {}: {}\n\n{}.\n\n", printable_line(logs.name), to_string(j.word.verdict),
+                                 log_answer(logs));
+  const ReportTable verdicts = log_verdicts(logs, kBlocks);
+  const auto row = [&](const auto& cells, const auto& of) {
+    for (const auto& cell : cells) {
+      text += "| ";
+      for (const char c : std::string(of(cell))) text += c == '|' ? std::string("\\|") : std::string(1, c);
+      text += ' ';
+    }
+    text += "|\n";
+  };
+  row(verdicts.columns, [](const TableColumn& c) { return c.title; });
+  row(verdicts.columns, [](const TableColumn& c) { return c.align == ColumnAlign::words ? ":--" : "--:"; });
+  for (const auto& cells : verdicts.rows) row(cells, [](const TableCell& cell) { return cell.text; });
+  text += "\n";
+  const auto bullets = [&](const std::vector<std::string>& sentences) {
+    for (const std::string& sentence : sentences) text += "- " + sentence + "\n";
+  };
+  if (logs.gate) {
+    text += gate_sentence(*logs.gate) + "\n\n";
+  }
+  bullets(advice_sentences(j));
+  bullets(calibration_sentences(logs.calibration));
+  bullets(logs.all_remarks());
+  return text;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,161 @@
+#include "reports/document/logs/log_json.h"
+
+#include "reports/document/logs/log_gate.h"
+#include "reports/document/study/calibration_report.h"
+#include "reports/document/study/judgement_json.h"
+
+namespace credence::internal {
+namespace {
+
+Json whiteness_json(const WhitenessTest& w) {
+  return with_reason({{"p_value", w.p_value},
+                      {"white", w.reason.empty() ? Json(w.white) : Json(nullptr)},
+                      {"statistic", w.statistic},
+                      {"dof", w.dof},
+                      {"autocorrelation", w.autocorrelation},
+                      {"band", w.band},
+                      {"values", w.values}},
+                     w.reason);
+}
+
+Json fit_json(const GoodnessOfFit& fit) {
+  return with_reason({{"kolmogorov_p_value", fit.kolmogorov_p_value},
+                      {"anderson_p_value", fit.anderson_p_value},
+                      {"values", fit.count}},
+                     fit.reason);
+}
+
+Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
+  Json dimensions = Json::array();
+  for (const auto& [dimension, of] : sums.by_dimension) {
+    dimensions.push_back({{"dimension", dimension}, {"mean", of.value.mean}, {"count", of.value.count}});
+  }
+  return {{"name", s.name},
+          {"nis", verdict_json(s.nis)},
+          {"dimensions", std::move(dimensions)},
+          {"of_sum", s.of_sum},
+          {"fit", fit_json(s.fit)},
+          {"whiteness", whiteness_json(s.whiteness)},
+          {"innovation_mean", with_reason({{"p_value", s.mean.p_value}}, s.mean.reason)}};
+}
+
+Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
+  return {{"correlation_time_rows", s.sample.correlation_time},
+          {"effective_rows", s.sample.size},
+          {"p_value", s.time_average.p_value},
+          {"reason", text_or_null(s.time_average.run_sum.reason)},
+          {"runs_to_settle", settle.runs}};
+}
+
+Json log_outcomes_json(const CheckedLogs& logs) {
+  const StudyStatistics& s = logs.analysis.evidence.study;
+  Json j = outcome_counts_json(s), failures = Json::array();
+  for (const RunFailure& f : s.failures) {
+    Json failure = failure_json(f);
+    if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {
+      failure["says"] = said->second;
+    }
+    failures.push_back(std::move(failure));
+  }
+  j["failures"] = std::move(failures);
+  return j;
+}
+
+/// Of every file with poses: its charts, and the time between estimate and truth.
+Json poses_json(const std::vector<LogPoses>& logs) {
+  Json all = Json::array();
+  for (const LogPoses& log : logs) {
+    Json charts = Json::array();
+    for (const ChartNees& nees : log.charts.charts) {
+      charts.push_back({{"chart", nees.chart},
+                        {"mean_nees_if_written_so", nees.as_written},
+                        {"p_value", nees.p_value},
+                        {"mean_nees_carried_over", nees.carried}});
+    }
+    Json j = {{"file", log.file.string()},
+              {"chart", log.charts.declared},
+              {"rows", log.charts.rows},
+              {"charts", std::move(charts)},
+              {"time_offset", nullptr}};
+    if (const auto& offset = log.time_offset) {
+      j["time_offset"] = with_reason({{"seconds", offset->value_s},
+                                      {"lower", offset->lower_s},
+                                      {"upper", offset->upper_s},
+                                      {"confidence", offset->confidence},
+                                      {"estimated", offset->estimated},
+                                      {"used", offset->reason.empty()},
+                                      {"rows", offset->rows}},
+                                     offset->reason);
+    }
+    all.push_back(std::move(j));
+  }
+  return all;
+}
+
+Json rejected_json(const Evidence& s) {
+  Json j = Json::array();
+  for (const auto& [reason, rows] : s.rejected) {
+    j.push_back({{"reason", reason}, {"count", rows.count}, {"first", rows.first}});
+  }
+  return j;
+}
+
+}  // namespace
+
+std::string log_json(const CheckedLogs& logs) {
+  const LogAnalysis& logged = logs.analysis;
+  const Judgement& a = logged.judgement;
+  const Evidence& s = logged.evidence;
+  Json j;
+  j["schema"] = kSchema;
+  j["files"] = logs.files;
+  j["rows"] = s.rows;
+  j["rejected_rows"] = s.rejected_rows();
+  j["rejected"] = rejected_json(s);
+  j["unmatched_rows"] = logs.unmatched_rows;
+  j["format"] = logs.format;
+  j["remarks"] = logs.all_remarks();
+  j["poses"] = poses_json(logs.poses);
+  if (logs.gate) j["baseline"] = gate_json(*logs.gate);
+  j["calibration"] = logs.calibration.unit_count == 0 && logs.units.names.empty()
+                         ? Json(nullptr)
+                         : calibration_json(logs.calibration, logs.units, s.layout.states);
+  j["runs"] = s.study.runs;
+  j["steps"] = s.study.steps.size();
+  j["step_stride"] = s.step_stride;
+  j["state_dim"] = s.state_dim;
+  j["complete"] = logged.complete;
+  j["verdict"] = to_string(a.word.verdict);
+  j["word"] = word_json(a.word);
+  j["nees"] = verdict_json(a.nees);
+  j["nis"] = verdict_json(a.nis);
+  if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);
+  Json blocks = Json::object();
+  for (const BlockVerdict& block : a.blocks) blocks[block.name] = verdict_json(block.verdict);
+  j["blocks"] = std::move(blocks);
+  j["responsible_block"] = responsible_block_json(a);
+  Json sensors = Json::array();
+  for (std::size_t i = 0; i < a.sensors.size(); ++i) {
+    sensors.push_back(sensor_json(a.sensors[i], s.sensors[i]));
+  }
+  j["sensors"] = std::move(sensors);
+  j["nis_fit"] =
+      fit_json(a.sensors.empty() ? GoodnessOfFit{.reason = "no innovations"} : a.sensors.front().fit);
+  j["single_run"] = a.single ? single_run_json(*a.single, a.settle_nees) : Json(nullptr);
+  if (a.sensitivity) {
+    j["sensitivity"] = {{"rule", "values beyond the upper 1e-6 quantile of their chi-square law left out"},
+                        {"nees_outliers", a.sensitivity->nees_outliers},
+                        {"nis_outliers", a.sensitivity->nis_outliers},
+                        {"nees", verdict_json(a.sensitivity->nees)},
+                        {"nis", verdict_json(a.sensitivity->nis)}};
+  }
+  j["covariance"] = covariance_json(logged.covariance);
+  j["covariance"]["trace_prior"] = nullptr;
+  j["rmse"] = errors_json(logged.errors);
+  j["battery"] = judgement_json(a);
+  j["outcomes"] = log_outcomes_json(logs);
+  j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";
+  return text_of_json(j);
+}
+
+}  // namespace credence::internal

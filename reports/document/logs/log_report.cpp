@@ -1,0 +1,165 @@
+#include "reports/document/logs/log_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "reports/document/logs/log_gate.h"
+#include "reports/document/logs/log_json.h"
+#include "reports/document/logs/log_table.h"
+#include "reports/document/study/calibration_report.h"
+#include "reports/document/study/judgement_report.h"
+#include "reports/document/study/step_csv.h"
+#include "reports/document/verdict_text.h"
+#include "reports/figures/log_figures.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+/// The mean NEES of the first log in every chart.
+ReportTable charts_table(const LogPoses& log) {
+  ReportTable table{
+      .title =
+          fmt::format("Mean NEES of the pose in every chart, 6 expected; judged is {}", log.charts.declared),
+      .columns = {{"chart", ColumnAlign::words},
+                  {"if it were written so"},
+                  {"p", ColumnAlign::words},
+                  {"carried over"}},
+      .notes = {fmt::format("Of {}, {} rows. If it were written so: the numbers of the file, read as of this "
+                            "chart, and whether they would fit. Carried over: the covariance of the chart "
+                            "that is judged, taken into this one by the Jacobian at the error.",
+                            log.file.filename().string(), log.charts.rows),
+                "The chart is a matter of the program that wrote the log (--chart), and to be chosen before "
+                "one looks at these numbers."}};
+  for (const ChartNees& nees : log.charts.charts) {
+    const bool judged = nees.chart == log.charts.declared;
+    table.add({judged ? nees.chart + " (judged)" : nees.chart, nees.as_written,
+               std::isnan(nees.p_value) ? "–" : p_value_text(nees.p_value), nees.carried});
+  }
+  return table;
+}
+
+void add_rejected(Document& document, const Evidence& s) {
+  if (s.rejected.empty()) return;
+  document.callout(CellTone::alarm, fmt::format("{} of {} rows were rejected: counted, never repaired. "
+                                                "Neither their NEES nor their NIS is in the numbers above.",
+                                                s.rejected_rows(), s.rows));
+  std::vector<std::string> items;
+  for (const auto& [reason, rows] : s.rejected) {
+    items.push_back(fmt::format("{} rows: {}; the first is {}", rows.count, reason, rows.first));
+  }
+  document.bullets(std::move(items));
+}
+
+/// All tests with their numbers, folded.
+void add_tests(Document& document, const CheckedLogs& logs, const std::string& name) {
+  const LogAnalysis& a = logs.analysis;
+  document.section("Tests");
+  document.folded("All tests and statistics", [&] {
+    std::vector<std::string> sentences;
+    if (a.evidence.has_truth) sentences.push_back(verdict_sentence("NEES", a.judgement.nees));
+    if (a.judgement.nis.count > 0) sentences.push_back(verdict_sentence("NIS", a.judgement.nis));
+    for (std::string& sentence : log_statistics(a.judgement)) sentences.push_back(std::move(sentence));
+    document.bullets(std::move(sentences));
+    document.table(tests_table(a.judgement));
+    if (!a.judgement.accuracy.empty()) {
+      document.table(accuracy_table(a.judgement, a.bound ? &*a.bound : nullptr));
+    }
+    document.figure(evidence_figure(name, a.judgement));
+  });
+}
+
+/// Whether errors beside P are all that tells it.
+bool told_by_errors(Cause cause) {
+  constexpr Cause kCauses[] = {Cause::covariance_scale,
+                               Cause::cross_covariance,
+                               Cause::wrong_dof,
+                               Cause::wide_angle,
+                               Cause::linearisation,
+                               Cause::process_noise_or_linearisation,
+                               Cause::initial_covariance_or_process_noise};
+  return std::ranges::find(kCauses, cause) != std::end(kCauses);
+}
+
+/// Whether errors or innovations of the wrong size tell it.
+bool told_by_size(Cause cause) {
+  constexpr Cause kCauses[] = {Cause::process_noise_too_small,
+                               Cause::process_noise_too_large,
+                               Cause::measurement_noise_too_small,
+                               Cause::measurement_noise_too_large,
+                               Cause::process_or_measurement_noise,
+                               Cause::initial_covariance,
+                               Cause::nonlinear_start};
+  return std::ranges::find(kCauses, cause) != std::end(kCauses);
+}
+
+}  // namespace
+
+std::vector<std::string> CheckedLogs::all_remarks() const {
+  std::vector<std::string> all = remarks;
+  if (std::string no_pose = no_pose_sentence(analysis.evidence.layout); !no_pose.empty())
+    all.push_back(std::move(no_pose));
+  return all;
+}
+
+LogAnalysis analyse_collected(Evidence evidence, CalibrationUnits& calibration,
+                              const JudgementContext& context, bool explained) {
+  if (evidence.law.errors_stand()) calibration.keep_whole_runs();
+  LogAnalysis analysis = analyse_logs(std::move(evidence), context);
+  if (!explained) return analysis;
+  const bool innovations_fit = !is_inconsistent(analysis.judgement.nis.verdict);
+  std::erase_if(analysis.judgement.causes, [&](const CauseFound& found) {
+    return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));
+  });
+  return analysis;
+}
+
+Document log_document(CheckedLogs given) {
+  const auto shared = std::make_shared<const CheckedLogs>(std::move(given));
+  const CheckedLogs& logs = *shared;
+  const LogAnalysis& a = logs.analysis;
+  const std::string name = plain_name(logs.name, "logs");
+  Document document(logs.name, "Consistency of a filter from its logs");
+  document.answer = {verdict_cell(a.judgement.word.verdict).tone, log_answer(logs)};
+  document.json = [shared] { return log_json(*shared); };
+  document.brief.emplace_back(log_table(logs));
+
+  if (logs.gate)
+    document.callout(logs.gate->worse.empty() ? CellTone::good : CellTone::alarm, gate_sentence(*logs.gate));
+  document.section("Verdicts");
+  ReportTable verdicts = log_verdicts(logs, a.judgement.blocks.size());
+  verdicts.title = "One row for the whole state, the innovations, and each block of states";
+  document.table(std::move(verdicts));
+  add_rejected(document, a.evidence);
+  if (std::vector<std::string> advice = advice_sentences(a.judgement); !advice.empty()) {
+    document.section("What to do");
+    document.bullets(std::move(advice));
+  }
+  if (std::vector<std::string> mends = calibration_sentences(logs.calibration); !mends.empty()) {
+    document.section(is_inconsistent(a.judgement.word.verdict) ? "What would mend it" : "Factors on P");
+    document.bullets(std::move(mends));
+  }
+  const auto with_charts =
+      std::ranges::find_if(logs.poses, [](const LogPoses& log) { return !log.charts.charts.empty(); });
+  if (with_charts != logs.poses.end()) {
+    document.section("Charts");
+    document.table(charts_table(*with_charts));
+  }
+  document.section("Figures");
+  document.figures(log_figures(name, logs));
+  if (!logs.calibration.bins.empty()) {
+    document.section("Where P lies");
+    document.folded("Errors by claimed σ",
+                    [&] { document.table(sigma_table(logs.calibration, a.evidence.layout.states)); });
+  }
+  add_tests(document, logs, name);
+  document.link("every step as CSV", name + ".csv");
+  document.file(name + ".csv", [shared](const auto& target) { write_log_csv(target, shared->analysis); });
+  return document;
+}
+
+}  // namespace credence::internal

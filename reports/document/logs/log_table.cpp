@@ -1,0 +1,235 @@
+#include "reports/document/logs/log_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "analysis/evidence/sums/step_series.h"
+#include "reports/document/logs/log_gate.h"
+#include "reports/document/study/calibration_report.h"
+#include "reports/document/study/judgement_report.h"
+#include "reports/document/verdict_text.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+void add_verdict(ReportTable& table, const std::string& what, const ConsistencyVerdict& v) {
+  if (v.count == 0) return;
+  table.add(
+      {what, verdict_cell(v.verdict), v.mean, v.expected, trusted_text(v), p_value_text(v.p_value), v.count});
+}
+
+/// Whether a row says what the answer, which joins them all, does not.
+bool rejects_alone(const Judgement& a) {
+  if (is_inconsistent(a.word.verdict) || a.word.verdict == Verdict::not_gaussian) return false;
+  const auto block_rejects = [](const BlockVerdict& b) { return is_inconsistent(b.verdict.verdict); };
+  const auto sensor_rejects = [](const SensorJudgement& s) { return is_inconsistent(s.nis.verdict); };
+  return is_inconsistent(a.nees.verdict) || is_inconsistent(a.nis.verdict) ||
+         std::ranges::any_of(a.blocks, block_rejects) || std::ranges::any_of(a.sensors, sensor_rejects);
+}
+
+std::string tests_of(const SensorJudgement& s) {
+  const std::string name = s.name.empty() ? "innovation" : s.name;
+  const auto p = [](double value, std::string_view reason) {
+    return reason.empty() ? p_value_statement(value) : std::string(reason);
+  };
+  return fmt::format("{}: test of whiteness in time {}; of mean zero {}.", name,
+                     p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason));
+}
+
+void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
+  const Evidence& s = logs.analysis.evidence;
+  const auto counted = [](std::int64_t n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
+  const std::string files = logs.files == 0 ? "" : " in " + counted(logs.files, "file");
+  table.notes.push_back(fmt::format("{} of {}{} ({}).{}", counted(s.rows, "row"),
+                                    counted(s.study.runs, "run"), files, logs.format,
+                                    logs.analysis.complete ? "" : " Interrupted."));
+  if (s.step_stride > 1) {
+    table.notes.push_back(
+        fmt::format("These runs are longer than {} steps. What is judged step by step, and the values "
+                    "counted above, are of every {}{} step; averages of runs, the factor on P and tests of "
+                    "innovations over time are of all.",
+                    kMostSteps, s.step_stride, s.step_stride % 10 == 2 ? "nd" : "th"));
+  }
+  if (logs.unmatched_rows > 0) {
+    table.notes.push_back(
+        fmt::format("No truth at their time, and left out: {}.", counted(logs.unmatched_rows, "row")));
+  }
+  if (!logs.poses.empty()) {
+    table.notes.push_back(fmt::format("The covariance of the pose is judged as of the chart {} (--chart).",
+                                      logs.poses.front().charts.declared));
+  }
+  constexpr std::size_t kRemarks = 12;
+  const std::vector<std::string> remarks = logs.all_remarks();
+  for (std::size_t i = 0; i < std::min(kRemarks, remarks.size()); ++i) {
+    table.notes.push_back(remarks[i]);
+  }
+  if (remarks.size() > kRemarks) {
+    table.notes.push_back(fmt::format("{} more remarks are in the JSON.", remarks.size() - kRemarks));
+  }
+  if (!s.has_truth && logs.analysis.judgement.nis.count > 0) {
+    table.notes.push_back(
+        "Without a truth the innovations alone are judged: whether P is right where no sensor measures, and "
+        "a bias that all sensors share, cannot be known from them.");
+  }
+  for (const auto& [reason, rows] : s.rejected) {
+    table.notes.push_back(fmt::format("REJECTED: {} rows, {} (first: {}).", rows.count, reason, rows.first));
+  }
+  if (s.rejected.contains("a zero variance has a covariance")) {
+    table.notes.emplace_back(
+        "Small variances of P or S are 0 there: were they written with a fixed number of decimals, as by "
+        "%.4f? "
+        "Nine significant digits, %.9g, are enough.");
+  }
+  for (const RunFailure& f : s.study.failures) {
+    const auto said = logs.failures_said.find(f.run);
+    table.notes.push_back(fmt::format("FAILED: run {}, {} at step {}{}.", f.run, to_string(f.outcome), f.step,
+                                      said == logs.failures_said.end() ? "" : ": " + said->second));
+    if (s.study.failures.size() > 5) {
+      table.notes.push_back(fmt::format("… {} runs failed in all.", s.study.failures.size()));
+      break;
+    }
+  }
+}
+
+/// Where a block stands in a table: the pose first, then its parts, the rest in the order of the log.
+int rank_of(const Evidence& evidence, const std::string& block) {
+  const auto found = std::ranges::find(evidence.blocks, block, &BlockSums::name);
+  if (found == evidence.blocks.end()) return 3;
+  return found->part == Part::pose       ? 0
+         : found->part == Part::position ? 1
+         : found->part == Part::heading  ? 2
+                                         : 3;
+}
+
+/// The blocks that a short table has, in their order: the pose and its parts, then the inconsistent ones
+/// before the others, and of these the ones that are wrong by the largest factor.
+std::vector<const BlockVerdict*> worst_of(const Evidence& evidence, std::vector<const BlockVerdict*> blocks,
+                                          std::size_t most) {
+  const auto matters = [&evidence](const BlockVerdict* b) {
+    const double factor = std::abs(std::log(b->verdict.mean / b->verdict.expected));
+    return std::tuple(-rank_of(evidence, b->name), is_inconsistent(b->verdict.verdict),
+                      std::isnan(factor) ? 0.0 : factor);
+  };
+  std::vector<const BlockVerdict*> worst = blocks;
+  std::ranges::stable_sort(worst, std::ranges::greater(), matters);
+  worst.resize(std::min(most, worst.size()));
+  std::erase_if(blocks, [&](const BlockVerdict* b) { return std::ranges::find(worst, b) == worst.end(); });
+  return blocks;
+}
+
+}  // namespace
+
+std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
+  std::vector<const BlockVerdict*> blocks;
+  for (const BlockVerdict& block : a.judgement.blocks) blocks.push_back(&block);
+  std::ranges::stable_sort(blocks, {}, [&](const BlockVerdict* b) { return rank_of(a.evidence, b->name); });
+  return blocks;
+}
+
+std::string log_answer(const CheckedLogs& logs) {
+  const Evidence& evidence = logs.analysis.evidence;
+  const Judgement& a = logs.analysis.judgement;
+  std::string answer = "Can this covariance be trusted? ";
+  if (a.word.verdict == Verdict::mixed) answer += "mixed: ";
+  if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees, a.blocks);
+  answer += to_string(a.word.verdict);
+  if (a.word.verdict == Verdict::undecided)
+    return a.nees.reason.empty() ? answer : answer + ": " + a.nees.reason;
+  if (!evidence.has_truth) {
+    return answer + " as far as innovations can tell; without a truth they cannot tell whether P is right";
+  }
+  return answer + ": no evidence against it";
+}
+
+ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
+  using enum ColumnAlign;
+  const Judgement& a = logs.analysis.judgement;
+  ReportTable table{.title = log_answer(logs),
+                    .columns = {{"what", words},
+                                {"verdict", words},
+                                {"mean"},
+                                {"expected"},
+                                {"trusted if within", words},
+                                {"p", words},
+                                {"values"}}};
+  add_verdict(table, "NEES", a.nees);
+  add_verdict(table, "NIS", a.nis);
+  const std::vector<const BlockVerdict*> blocks = blocks_in_order(logs.analysis);
+  for (const BlockVerdict* block : worst_of(logs.analysis.evidence, blocks, most_blocks)) {
+    add_verdict(table, "NEES of " + block->name, block->verdict);
+  }
+  if (blocks.size() > most_blocks) {
+    table.notes.push_back(
+        fmt::format("{} more blocks are in the JSON and on the page.", blocks.size() - most_blocks));
+  }
+  if (a.sensors.size() > 1) {
+    for (const SensorJudgement& s : a.sensors) add_verdict(table, "NIS of " + s.name, s.nis);
+  }
+  if (a.sensitivity) {
+    add_verdict(table, "NEES without outliers", a.sensitivity->nees);
+    add_verdict(table, "NIS without outliers", a.sensitivity->nis);
+    table.notes.push_back(
+        fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
+                    kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
+  }
+  if (rejects_alone(a)) {
+    table.notes.push_back(
+        fmt::format("Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "
+                    "more often. The answer joins them all, at {0:g} % together: that row is no evidence.",
+                    100.0 * (1.0 - a.confidence)));
+  }
+  add_read_notes(table, logs);
+  if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {
+    table.notes.push_back("NEES: " + a.nees.reason + ".");
+  }
+  if (a.nees.count > 0 && a.nees.mean == 0.0)
+    table.notes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
+  if (a.word.verdict == Verdict::not_gaussian) {
+    table.notes.push_back(
+        "not Gaussian: P is right. The verdicts of the rows assume a Gaussian law, which these errors do not "
+        "have.");
+  }
+  return table;
+}
+
+std::vector<std::string> log_statistics(const Judgement& a) {
+  std::vector<std::string> sentences;
+  for (const SensorJudgement& s : a.sensors) sentences.push_back(tests_of(s));
+  for (const SensorJudgement& s : a.sensors) {
+    const std::string name = s.name.empty() ? "" : " of " + s.name;
+    if (s.fit.reason.starts_with("not tested"))
+      sentences.push_back(fmt::format("NIS{} against its chi-square law: {}.", name, s.fit.reason));
+    if (!s.fit.reason.empty()) continue;
+    sentences.push_back(
+        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov {}, Anderson-Darling {}.", name,
+                    p_value_statement(s.fit.kolmogorov_p_value), p_value_statement(s.fit.anderson_p_value)));
+  }
+  for (std::string& sentence : statistics_sentences(a)) sentences.push_back(std::move(sentence));
+  return sentences;
+}
+
+ReportTable log_table(const CheckedLogs& logs) {
+  constexpr std::size_t kShown = 12;
+  const Judgement& a = logs.analysis.judgement;
+  ReportTable table = log_verdicts(logs, kShown);
+  const auto note = [&table](std::vector<std::string> sentences) {
+    for (std::string& sentence : sentences) table.notes.push_back(std::move(sentence));
+  };
+  note(advice_sentences(a));
+  if (logs.gate) note({gate_sentence(*logs.gate)});
+  note(calibration_sentences(logs.calibration));
+  note(log_statistics(a));
+  note(
+      {"consistent: no evidence against P. optimistic: errors are larger than P says; do not trust it. "
+       "pessimistic: smaller. mixed: larger here, smaller there; do not trust it."});
+  return table;
+}
+
+}  // namespace credence::internal

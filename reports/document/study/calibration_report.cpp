@@ -1,0 +1,344 @@
+#include "reports/document/study/calibration_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nan.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+std::string factor_text(const MeanInterval& factor) {
+  return factor.reason.empty() ? interval_text(factor.mean, factor.lower, factor.upper)
+                               : number_text(factor.mean, 3);
+}
+
+std::string held_out_text(const HeldOutNees& held_out) {
+  return fmt::format("{} times n, {}", factor_text(held_out.nees), p_value_statement(held_out.p_value));
+}
+
+std::string state_name(std::span<const std::string> states, Index state) {
+  const auto i = static_cast<std::size_t>(state);
+  return i < states.size() ? states[i] : fmt::format("x{}", state + 1);
+}
+
+std::string conformal_sentence(const ConformalFactor& c) {
+  if (std::isnan(c.factor)) {
+    return c.runs < 2 ? ""
+                      : fmt::format(
+                            "A factor that covers further runs whatever their law takes 19 runs, and there "
+                            "are {}; those at hand need {}.",
+                            c.runs, number_text(c.least, 3));
+  }
+  std::string text = fmt::format(
+      "Without assuming Gaussian errors: with P times {}, at least 95 % of further runs have at least 95 % "
+      "of their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
+      number_text(c.factor, 3), c.runs);
+  if (c.held_out > 0)
+    text += fmt::format(" Of runs left out one by one it covered {} of {}.", c.covered, c.held_out);
+  return text;
+}
+
+std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
+  return fmt::format(
+      "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth {} independent "
+      "ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {} takes {} independent rows with "
+      "none beyond.",
+      shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
+      number_text(shown.upper_limit, 2), number_text(last.risk, 1),
+      static_cast<std::int64_t>(std::ceil(last.needed_rows)));
+}
+
+/// "NEES over n by distance travelled: 0 to 64 m 1.02 (0.98 … 1.07), …": four places along the way.
+std::string distance_sentence(const Calibration& c) {
+  constexpr std::size_t kShown = 4;
+  if (c.distance.empty()) return "";
+  std::string text = "By distance travelled, NEES over n";
+  const bool position = c.distance.front().sigma_m > 0.0;
+  if (position) text += " and the position's error over its σ";
+  const std::size_t shown = std::min(kShown, c.distance.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const DistanceBin& bin = c.distance[shown == 1 ? 0 : i * (c.distance.size() - 1) / (shown - 1)];
+    text +=
+        fmt::format("{} {:g} to {:g} m {}", i == 0 ? ":" : ";", bin.from_m, bin.to_m, factor_text(bin.nees));
+    if (position) text += fmt::format(", {}", number_text(bin.error_m / bin.sigma_m, 3));
+  }
+  const auto least = std::ranges::min_element(c.distance, {}, [](const DistanceBin& bin) {
+    return std::isnan(bin.adjusted) ? HUGE_VAL : bin.adjusted;
+  });
+  if (std::isnan(least->adjusted)) return text + ". There is no test with fewer than five runs.";
+  return text +
+         fmt::format(". The clearest sign that it is not 1: {}, {:g} to {:g} m (Holm over {} lengths).",
+                     p_value_statement(least->adjusted), least->from_m, least->to_m, c.distance.size());
+}
+
+Json interval_json(const MeanInterval& interval) {
+  return with_reason(json_interval(interval), interval.reason);
+}
+
+Json distance_json(std::span<const DistanceBin> bins) {
+  Json all = Json::array();
+  for (const DistanceBin& bin : bins) {
+    all.push_back({{"from_m", bin.from_m},
+                   {"to_m", bin.to_m},
+                   {"rows", bin.rows},
+                   {"nees_over_dof", interval_json(bin.nees)},
+                   {"p_value", bin.p_value},
+                   {"adjusted_p_value", bin.adjusted},
+                   {"position_error_m", bin.error_m},
+                   {"position_sigma_m", bin.sigma_m}});
+  }
+  return all;
+}
+
+Json held_out_json(const HeldOutNees& held_out) {
+  Json j = interval_json(held_out.nees);
+  j["p_value"] = held_out.p_value;
+  return j;
+}
+
+/// Claimed σ and the σ that the errors have, of the bins of one state: the claimed one by the root of the
+/// factor, whose interval the bars are (the RMSE is the mean of another quantity, and may lie outside).
+Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
+  FigureData claimed, measured, lower, upper;
+  for (const SigmaBin& bin : bins) {
+    const bool interval = std::isfinite(bin.factor.lower) && std::isfinite(bin.factor.upper);
+    const auto scaled = [&](double factor) { return bin.claimed * std::sqrt(factor); };
+    claimed.push_back(bin.claimed);
+    measured.push_back(std::isfinite(bin.factor.mean) ? scaled(bin.factor.mean) : bin.rmse);
+    lower.push_back(interval ? scaled(bin.factor.lower) : measured.back());
+    upper.push_back(interval ? scaled(bin.factor.upper) : measured.back());
+  }
+  Panel panel{.title = title, .x_label = "claimed σ", .y_label = "σ of the errors"};
+  panel.log_x = panel.log_y = true;
+  constexpr double kRoom = 1.3;  // no point on the frame
+  panel.x_range = AxisRange{claimed.front() / kRoom, claimed.back() * kRoom};
+  panel.series.push_back(line_series("equal", ColourRole::exact, claimed, claimed));
+  panel.series.push_back(error_bar_series("measured", ColourRole::first, claimed, measured, lower, upper));
+  return panel;
+}
+
+}  // namespace
+
+std::vector<std::string> calibration_sentences(const Calibration& c) {
+  std::vector<std::string> sentences;
+  if (c.unit_count > 0 && c.whole.factor.reason.empty()) {
+    std::string text = fmt::format("The factor on P is {}", factor_text(c.whole.factor));
+    for (const PartFactor& part : c.parts) {
+      text += fmt::format("{} in {} {}", &part == c.parts.data() ? ":" : ",", part.name,
+                          factor_text(part.factor));
+    }
+    if (std::isfinite(c.with_factor.nees.mean)) {
+      text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {}", c.units,
+                          held_out_text(c.with_factor));
+      if (!c.parts.empty())
+        text += fmt::format("; scaled part by part {} times n", factor_text(c.with_part_factors.nees));
+      text += "; this tests the mean alone, no single state or step";
+    }
+    sentences.push_back(text + ".");
+  }
+  if (std::string text = conformal_sentence(c.conformal); !text.empty()) sentences.push_back(std::move(text));
+  if (c.protection.front().rows > 0)
+    sentences.push_back(protection_sentence(c.protection[1], c.protection.back()));
+  if (std::string text = distance_sentence(c); !text.empty()) sentences.push_back(std::move(text));
+  return sentences;
+}
+
+ReportTable sigma_table(const Calibration& c, std::span<const std::string> states) {
+  using enum ColumnAlign;
+  ReportTable table{
+      .title = "Errors where the filter claims a small σ, and where it claims a large one",
+      .columns = {{"state", words},
+                  {"claimed σ", words},
+                  {"claimed (rms)"},
+                  {"RMSE"},
+                  {"factor on σ²", words},
+                  {"p", words},
+                  {"p, adjusted", words},
+                  {"rows"}},
+      .notes = {"Of every range of the claimed σ, a quarter of a decade wide: the factor between true and "
+                "claimed variance with its interval over runs, or stretches of a run, and the test that it "
+                "is 1; adjusted by Holm over all rows of this table. Units are those of the states."}};
+  for (const SigmaBin& bin : c.bins) {
+    const bool tested = !std::isnan(bin.p_value);
+    table.add({state_name(states, bin.state),
+               fmt::format("{} … {}", number_text(bin.lower, 3), number_text(bin.upper, 3)), bin.claimed,
+               bin.rmse, factor_text(bin.factor), tested ? p_value_text(bin.p_value) : "–",
+               tested ? p_value_text(bin.adjusted) : "–", bin.rows});
+  }
+  return table;
+}
+
+Figure sigma_figure(const std::string& name, const Calibration& c, std::span<const std::string> states) {
+  constexpr std::size_t kPanels = 6;
+  Figure figure{.name = name + "-sigma",
+                .caption =
+                    "The σ that the errors have, which is the claimed one times √(mean e²/σ²), against the σ "
+                    "that the filter claims, in ranges of it: points above the line are optimistic, points "
+                    "below it pessimistic; bars are intervals."};
+  for (std::size_t i = 0; i < c.bins.size() && figure.panels.size() < kPanels;) {
+    std::size_t end = i;
+    while (end < c.bins.size() && c.bins[end].state == c.bins[i].state) ++end;
+    if (end - i > 1)
+      figure.panels.push_back(
+          sigma_panel(std::span(c.bins).subspan(i, end - i), state_name(states, c.bins[i].state)));
+    i = end;
+  }
+  arrange(figure);
+  return figure;
+}
+
+Figure distance_figure(const std::string& name, const Calibration& c) {
+  Figure figure{.name = name + "-distance",
+                .caption =
+                    "Over the distance that the truth has travelled: NEES over n, whose mean is 1 for a "
+                    "consistent filter (bars: intervals over runs), and position errors beside what is "
+                    "claimed, root mean squares.",
+                .cols = 2};
+  if (c.distance.size() < 2) return figure;
+  const auto nees = [&](double MeanInterval::*number) {
+    return figure_data(c.distance, [number](const DistanceBin& bin) {
+      return bin.nees.reason.empty() ? bin.nees.*number : bin.nees.mean;
+    });
+  };
+  const FigureData middle =
+      figure_data(c.distance, [](const DistanceBin& bin) { return 0.5 * (bin.from_m + bin.to_m); });
+  Panel ratio{.title = "NEES over n", .x_label = "distance travelled (m)", .y_label = "mean NEES / n"};
+  ratio.series = {level_series("consistent", ColourRole::exact, 1.0),
+                  error_bar_series("measured", ColourRole::first, middle, nees(&MeanInterval::mean),
+                                   nees(&MeanInterval::lower), nees(&MeanInterval::upper))};
+  figure.panels.push_back(std::move(ratio));
+  if (c.distance.front().sigma_m > 0.0) {
+    Panel position{
+        .title = "Position", .x_label = "distance travelled (m)", .y_label = "root mean square (m)"};
+    position.series = {
+        line_series("claimed σ", ColourRole::bound, middle, figure_data(c.distance, &DistanceBin::sigma_m)),
+        line_series("error", ColourRole::estimate, middle, figure_data(c.distance, &DistanceBin::error_m))};
+    figure.panels.push_back(std::move(position));
+  }
+  figure.cols = static_cast<int>(figure.panels.size());
+  return figure;
+}
+
+Figure stanford_figure(const std::string& name, const Calibration& c) {
+  Figure figure{.name = name + "-stanford", .caption = {}};
+  const ProtectionLevel& level = c.protection[1];
+  if (level.rows == 0 || c.stanford.empty()) return figure;
+  figure.caption = fmt::format(
+      "Stanford diagram: rows by position error and protection level, k = {} standard deviations along the "
+      "widest axis of P, which an error exceeds with a risk of at most {:g} where P is right. Below the line "
+      "the error is beyond the level: {} of {} rows.",
+      number_text(level.k, 3), level.risk, level.beyond, level.rows);
+  constexpr double kCell = 0.125;  // decades
+  double least_error = HUGE_VAL, most_error = 0.0, least_sigma = HUGE_VAL, most_sigma = 0.0;
+  for (const StanfordCell& cell : c.stanford) {
+    least_error = std::min(least_error, cell.error);
+    most_error = std::max(most_error, cell.error);
+    least_sigma = std::min(least_sigma, cell.sigma);
+    most_sigma = std::max(most_sigma, cell.sigma);
+  }
+  // Below a hundredth of the largest error nothing is to be seen: such rows are in the first column.
+  least_error = std::max(least_error, 0.01 * most_error);
+  const auto place = [](double value, double least) {
+    return std::max<Index>(0, std::llround(std::log10(value / least) / kCell));
+  };
+  const auto centres = [&](double least, double most, double scale) {
+    FigureData all;
+    for (Index i = 0; i <= std::max<Index>(1, place(most, least)); ++i) {
+      all.push_back(scale * least * std::pow(10.0, kCell * static_cast<double>(i)));
+    }
+    return all;
+  };
+  FigureData x = centres(least_error, most_error, 1.0), y = centres(least_sigma, most_sigma, level.k);
+  Matrix cells = Matrix::Constant(std::ssize(y), std::ssize(x), kNaN);
+  for (const StanfordCell& cell : c.stanford) {
+    double& rows = cells(place(cell.sigma, least_sigma), place(cell.error, least_error));
+    rows = (std::isnan(rows) ? 0.0 : rows) + static_cast<double>(cell.rows);
+  }
+  const double room = std::pow(10.0, 0.5 * kCell), low = std::max(x.front(), y.front()),
+               high = std::min(x.back(), y.back());
+  Panel panel{.title = "Position errors against their protection level",
+              .x_label = "position error (m)",
+              .y_label = "protection level (m)"};
+  panel.x_range = AxisRange{x.front() / room, x.back() * room};
+  panel.y_range = AxisRange{y.front() / room, y.back() * room};
+  panel.log_x = panel.log_y = panel.log_colour = true;
+  panel.ticks_at_centres = false;
+  panel.colour_label = "rows";
+  panel.colour_range = AxisRange{1.0, std::max(2.0, cells.array().isNaN().select(0.0, cells).maxCoeff())};
+  panel.series.push_back(heat_series(std::move(x), std::move(y), std::move(cells)));
+  if (low < high)
+    panel.series.push_back(line_series("error = level", ColourRole::exact, {low / room, high * room},
+                                       {low / room, high * room}));
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<const std::string> states) {
+  Json bins = Json::array();
+  for (const SigmaBin& bin : c.bins) {
+    bins.push_back({{"state", state_name(states, bin.state)},
+                    {"sigma_from", bin.lower},
+                    {"sigma_to", bin.upper},
+                    {"claimed_rms", bin.claimed},
+                    {"rmse", bin.rmse},
+                    {"rows", bin.rows},
+                    {"factor", interval_json(bin.factor)},
+                    {"p_value", bin.p_value},
+                    {"adjusted_p_value", bin.adjusted}});
+  }
+  Json parts = Json::object();
+  for (const PartFactor& part : c.parts) parts[part.name] = interval_json(part.factor);
+  Json protection = Json::array();
+  for (const ProtectionLevel& level : c.protection) {
+    if (level.rows == 0) continue;
+    protection.push_back({{"risk", level.risk},
+                          {"k_sigma", level.k},
+                          {"rows", level.rows},
+                          {"beyond", level.beyond},
+                          {"effective_rows", level.effective_rows},
+                          {"risk_upper_limit", level.upper_limit},
+                          {"effective_rows_needed", level.needed_rows}});
+  }
+  Json factors = Json::object();
+  for (std::size_t a = 0; a < units.parts.size(); ++a) factors[units.parts[a]] = units.factors[a];
+  return {{"units", text_or_null(c.units)},
+          {"factor", interval_json(c.whole.factor)},
+          {"part_factors", std::move(parts)},
+          {"held_out_nees_over_dof",
+           {{"with_factor", held_out_json(c.with_factor)},
+            {"with_part_factors", c.parts.empty() ? Json(nullptr) : held_out_json(c.with_part_factors)}}},
+          {"conformal",
+           {{"factor", c.conformal.factor},
+            {"runs", c.conformal.runs},
+            {"held_out", c.conformal.held_out},
+            {"covered", c.conformal.covered}}},
+          {"protection_levels", std::move(protection)},
+          {"by_sigma", std::move(bins)},
+          {"by_distance", distance_json(c.distance)},
+          {"unit_names", units.names},
+          {"unit_factors", std::move(factors)}};
+}
+
+UnitFactors unit_factors_of(const Json& calibration) {
+  UnitFactors units;
+  if (!calibration.is_object() || !calibration.contains("units") || !calibration["units"].is_string())
+    return units;
+  units.units = calibration["units"].get<std::string>();
+  units.names = calibration.value("unit_names", std::vector<std::string>());
+  const Json factors = calibration.value("unit_factors", Json::object());
+  for (const auto& [part, values] : factors.items()) {
+    std::vector<double> numbers;
+    numbers.reserve(values.size());
+    for (const Json& value : values) numbers.push_back(value.is_number() ? value.get<double>() : kNaN);
+    if (numbers.size() != units.names.size()) continue;
+    units.parts.push_back(part);
+    units.factors.push_back(std::move(numbers));
+  }
+  return units;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,313 @@
+#include "reports/document/study/comparison_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/hall_score.h"
+#include "core/nan.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "reports/document/logs/log_gate.h"
+#include "reports/document/study/calibration_report.h"
+#include "reports/document/verdict_text.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+ComparedMean mean_of(const ConsistencyVerdict& v) {
+  return v.count == 0 ? ComparedMean{kNaN, kNaN} : ComparedMean{v.mean, v.expected};
+}
+
+/// The mean at every step over what it should be; NaN where a step has no data.
+std::vector<double> ratios_of(const ConsistencyVerdict& v) {
+  std::vector<double> ratios;
+  ratios.reserve(v.steps.size());
+  for (const StepTest& s : v.steps) ratios.push_back(s.total_dof > 0.0 ? s.mean / s.expected : kNaN);
+  return ratios;
+}
+
+/// The number under a key, NaN where there is none.
+double number(const Json& j, const char* key) {
+  const auto found = j.find(key);
+  return found != j.end() && found->is_number() ? found->get<double>() : kNaN;
+}
+
+ComparedMean mean_of(const Json& document, const char* key) {
+  const auto found = document.find(key);
+  if (found == document.end() || !found->is_object()) return {kNaN, kNaN};
+  return {number(*found, "mean"), number(*found, "expected")};
+}
+
+/// Throws Json::exception where a member is missing or of another kind.
+ComparedStudy compared_document(const std::string& name, const Json& j) {
+  ComparedStudy study{.name = name,
+                      .runs = j.at("runs").get<std::int64_t>(),
+                      .verdict = j.at("verdict").get<std::string>(),
+                      .nees = mean_of(j, "nees"),
+                      .nis = mean_of(j, "nis")};
+  if (j.contains("vehicle_nees")) study.pose = mean_of(j, "vehicle_nees");
+  const Json factor = j.at("nees").value("factor", Json::object());
+  study.factor.mean = number(factor, "value");
+  study.factor.lower = number(factor, "lower");
+  study.factor.upper = number(factor, "upper");
+  study.units = unit_factors_of(j.value("calibration", Json::object()));
+  if (j.contains("scenario") && j["scenario"].contains("name"))
+    study.name = j["scenario"]["name"].get<std::string>();
+  return study;
+}
+
+std::string mean_text(const ComparedMean& m) {
+  if (!std::isfinite(m.mean)) return "–";
+  return fmt::format("{} of {}", number_text(m.mean, 4), number_text(m.expected, 4));
+}
+
+std::string mean_interval_text(const MeanInterval& i) {
+  return std::isfinite(i.mean) ? interval_text(i.mean, i.lower, i.upper) : "–";
+}
+
+CellTone tone_of(const std::string& verdict) {
+  for (const Verdict v : {Verdict::consistent, Verdict::optimistic, Verdict::pessimistic, Verdict::mixed,
+                          Verdict::not_gaussian, Verdict::undecided}) {
+    if (to_string(v) == verdict) return verdict_cell(v).tone;
+  }
+  return CellTone::plain;
+}
+
+Json mean_json(const ComparedMean& m) { return {{"mean", m.mean}, {"expected", m.expected}}; }
+
+/// Of logs against the first: none of the first itself.
+std::vector<FactorChange> changes_against(const ComparedStudy& first, const ComparedStudy& study,
+                                          double confidence) {
+  if (&first == &study) return {};
+  return compare_factors(study.units, first.units, confidence);
+}
+
+ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
+  using enum ColumnAlign;
+  ReportTable table{.title = {},
+                    .columns = {{"study", words},
+                                {"runs"},
+                                {"verdict", words},
+                                {"factor on P", words},
+                                {"NEES", words},
+                                {"of the pose", words},
+                                {"NIS", words},
+                                {"against the first", words}}};
+  bool paired = false, unpaired = false;
+  const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const ComparedStudy& s = studies[i];
+    std::string difference = "–";
+    if (i > 0) {
+      const std::optional<RunDifference>& d = differences[i];
+      if (d)
+        difference = fmt::format("{}, {}", mean_interval_text(d->interval), p_value_statement(d->adjusted));
+      (d ? paired : unpaired) = true;
+    }
+    table.add({s.name, s.runs, TableCell(s.verdict, tone_of(s.verdict)), mean_interval_text(s.factor),
+               mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
+  }
+  table.notes.push_back(
+      "factor on P: the true covariance over the claimed one, on average over steps, with its interval.");
+  if (paired) {
+    table.notes.push_back(fmt::format(
+        "against the first: NEES over dof, this study minus the first, run by run under the same "
+        "noise, with its interval at {:g} % and the p-value of no difference, Holm over the studies.",
+        100.0 * confidence));
+  }
+  for (const ComparedStudy& s : studies) {
+    for (const FactorChange& change : changes_against(studies.front(), s, confidence)) {
+      if (change.adjusted <= 1.0 - confidence)
+        table.notes.push_back(fmt::format("{} is {}.", s.name, change_text(change)));
+    }
+  }
+  if (unpaired) {
+    table.notes.push_back(
+        "–: cannot be paired run by run: that takes results stored by run --out of the same world, noise, "
+        "seed and steps, in which no run failed. Of logs the factors on P are paired by the names of their "
+        "files.");
+  }
+  return table;
+}
+
+std::string comparison_json(std::span<const ComparedStudy> studies, double confidence) {
+  Json all = Json::array();
+  const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const ComparedStudy& s = studies[i];
+    Json j = {{"name", s.name},
+              {"runs", s.runs},
+              {"verdict", s.verdict},
+              {"factor", json_interval(s.factor)},
+              {"nees", mean_json(s.nees)},
+              {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
+              {"nis", mean_json(s.nis)},
+              {"paired_difference", nullptr},
+              {"changes", Json::array()}};
+    for (const FactorChange& change : changes_against(studies.front(), s, confidence))
+      j["changes"].push_back(change_json(change));
+    if (const std::optional<RunDifference>& d = differences[i]) {
+      j["paired_difference"] = json_interval(d->interval);
+      j["paired_difference"].update({{"p_value", d->p_value}, {"adjusted_p_value", d->adjusted}});
+    }
+    all.push_back(std::move(j));
+  }
+  return text_of_json({{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}});
+}
+
+bool is_untrusted(const ComparedStudy& study) {
+  return study.verdict == to_string(Verdict::optimistic) || study.verdict == to_string(Verdict::mixed);
+}
+
+Panel over_steps(std::span<const ComparedStudy> studies, FigureText title,
+                 std::vector<double> ComparedStudy::*ratios) {
+  Panel panel{.title = std::move(title), .x_label = "step", .y_label = "mean over dof"};
+  panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const std::vector<double>& values = studies[i].*ratios;
+    if (values.empty()) continue;
+    panel.series.push_back(line_series(studies[i].name, numbered_role(static_cast<Index>(i)),
+                                       index_axis(std::ssize(values)), values));
+  }
+  return panel;
+}
+
+/// NEES over dof of each study less that of the first, run by run.
+Panel difference_panel(std::span<const ComparedStudy> studies, double confidence) {
+  Panel panel{.title = "Against the first, run by run",
+              .x_label = "study, as in the table",
+              .y_label = "difference of NEES over dof",
+              .x_range = AxisRange{0.5, static_cast<double>(studies.size()) + 0.5}};
+  for (std::size_t i = 1; i <= studies.size(); ++i) panel.x_names.push_back(fmt::to_string(i));
+  panel.series.push_back(level_series("no difference", ColourRole::neutral, 0.0));
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    const std::optional<RunDifference> d = paired_difference(studies[i], studies.front(), confidence);
+    if (!d) continue;
+    panel.series.push_back(error_bar_series(studies[i].name, numbered_role(static_cast<Index>(i)),
+                                            {static_cast<double>(i) + 1.0}, {d->interval.mean},
+                                            {d->interval.lower}, {d->interval.upper}));
+  }
+  return panel;
+}
+
+Figure comparison_figure(std::span<const ComparedStudy> studies, double confidence) {
+  Figure figure{.name = "comparison",
+                .caption =
+                    "Mean over the runs at every step, over its expected value: above 1 the errors are "
+                    "larger than the covariance says.",
+                .rows = 1,
+                .cols = 0};
+  for (Panel& panel : std::vector{over_steps(studies, "NEES", &ComparedStudy::nees_of_steps),
+                                  over_steps(studies, "NIS", &ComparedStudy::nis_of_steps),
+                                  difference_panel(studies, confidence)}) {
+    if (panel.series.size() > 1) figure.panels.push_back(std::move(panel));
+  }
+  figure.cols = static_cast<int>(figure.panels.size());
+  return figure;
+}
+
+ReportAnswer comparison_answer(std::span<const ComparedStudy> studies) {
+  std::vector<std::string> untrusted;
+  const ComparedStudy* nearest = nullptr;
+  const auto distance = [](const ComparedStudy& s) { return std::abs(std::log(s.factor.mean)); };
+  for (const ComparedStudy& study : studies) {
+    if (is_untrusted(study)) untrusted.push_back(study.name);
+    if (!std::isfinite(distance(study))) continue;
+    if (nearest == nullptr || distance(study) < distance(*nearest)) nearest = &study;
+  }
+  ReportAnswer answer{.tone = untrusted.empty() ? CellTone::good : CellTone::alarm, .text = {}};
+  answer.text = untrusted.empty() ? fmt::format("Of {} results none is called optimistic", studies.size())
+                                  : fmt::format("{} of {} cannot be trusted: {}", untrusted.size(),
+                                                studies.size(), fmt::join(untrusted, ", "));
+  if (nearest != nullptr) {
+    answer.text += fmt::format("; nearest to right: {}, factor on P {}", nearest->name,
+                               number_text(nearest->factor.mean, 3));
+  }
+  return answer;
+}
+
+}  // namespace
+
+ComparedStudy compared(const StudyAnalysis& a) {
+  ComparedStudy study{.name = a.scenario.name,
+                      .runs = a.statistics.runs,
+                      .verdict = std::string(to_string(overall_verdict(a))),
+                      .factor = a.nees.factor,
+                      .nees = mean_of(a.nees),
+                      .nis = mean_of(a.nis)};
+  if (a.vehicle_nees) study.pose = mean_of(*a.vehicle_nees);
+  study.noise = fmt::format("{:016x}, seed {}, {} steps", noise_group(a.scenario), a.scenario.study.seed,
+                            a.scenario.study.steps);
+  if (a.statistics.failures.empty()) study.nees_of_runs = a.statistics.nees_of_runs.first;
+  study.nees_of_steps = ratios_of(a.nees);
+  study.nis_of_steps = ratios_of(a.nis);
+  return study;
+}
+
+std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json) {
+  const Json document = Json::parse(json, nullptr, false);
+  if (document.is_discarded()) throw std::invalid_argument(fmt::format("{}: is no JSON", name));
+  std::vector<ComparedStudy> studies;
+  try {
+    if (document.contains("studies") && document["studies"].is_array()) {
+      for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
+    } else {
+      studies.push_back(compared_document(name, document));
+    }
+  } catch (const Json::exception&) {
+    throw std::invalid_argument(fmt::format(
+        "{}: is not a document of `credence run --format json` or `credence check --format json`", name));
+  }
+  return studies;
+}
+
+std::optional<RunDifference> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
+                                               double confidence) {
+  const std::size_t runs = std::min(study.nees_of_runs.size(), reference.nees_of_runs.size());
+  if (study.noise.empty() || study.noise != reference.noise || runs < 2) return std::nullopt;
+  SkewedMoments differences;
+  for (std::size_t i = 0; i < runs; ++i) differences.add(study.nees_of_runs[i] - reference.nees_of_runs[i]);
+  return RunDifference{.interval = paired_interval(differences, confidence),
+                       .p_value = paired_p_value(differences)};
+}
+
+std::vector<std::optional<RunDifference>> differences_from_first(std::span<const ComparedStudy> studies,
+                                                                 double confidence) {
+  std::vector<std::optional<RunDifference>> differences(studies.size());
+  std::vector<double> p_values(studies.size(), kNaN);
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    differences[i] = paired_difference(studies[i], studies.front(), confidence);
+    if (differences[i]) p_values[i] = differences[i]->p_value;
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    if (differences[i]) differences[i]->adjusted = adjusted[i];
+  }
+  return differences;
+}
+
+Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence) {
+  Document document("Results side by side", fmt::format("{} results, compared by Credence", studies.size()));
+  document.answer = comparison_answer(studies);
+  document.json = [studies, confidence] { return comparison_json(studies, confidence); };
+
+  ReportTable table = comparison_table(studies, confidence);
+  document.show_answer();
+  document.brief.emplace_back(table);
+
+  document.section("Side by side");
+  table.title = "Each result, and what it differs by from the first";
+  document.table(std::move(table));
+  document.figure(comparison_figure(studies, confidence));
+  return document;
+}
+
+}  // namespace credence::internal

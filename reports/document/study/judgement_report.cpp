@@ -1,0 +1,398 @@
+#include "reports/document/study/judgement_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/evidence/causes/advice.h"
+#include "core/manifold/angle.h"
+#include "core/nan.h"
+#include "reports/figures/step_axis.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+std::string factor_text(const ScaleAdvice& scale) {
+  return fmt::format("{} ({} … {})", number_text(scale.factor, 3), number_text(scale.lower, 3),
+                     number_text(scale.upper, 3));
+}
+
+/// Two digits of a share in percent, without an exponent.
+std::string percent_text(double share) {
+  const double percent = 100.0 * share;
+  return percent < 99.5 ? fmt::format("{:.2g}", percent) : number_text(percent, 2);
+}
+
+/// By how much the truth is more than what is claimed, or the claim more than the truth: 1.25 and 0.8 are
+/// both off by a quarter.
+double off_by(double factor) { return std::max(factor, 1.0 / factor) - 1.0; }
+
+void advise_settling(const char* what, const char* matrix, const SettlingRuns& settle,
+                     std::vector<std::string>& sentences) {
+  if (settle.runs == 0) return;
+  sentences.push_back(fmt::format(
+      "{0}: these runs would have revealed {1} too small by {2} % or too large by {3} %; to reveal the {5} % "
+      "by which it looks too {4} would take {6} runs (power {7:g} %).",
+      what, matrix, percent_text(off_by(settle.detectable.above)),
+      percent_text(off_by(settle.detectable.below)), settle.observed_factor > 1.0 ? "small" : "large",
+      percent_text(off_by(settle.observed_factor)), settle.runs, 100.0 * kSettlingPower));
+}
+
+std::string titled(const char* what, const SensorJudgement& sensor) {
+  return sensor.name.empty() ? what : fmt::format("{}: {}", what, sensor.name);
+}
+
+Panel histogram_panel(const SensorJudgement& sensor) {
+  constexpr std::size_t kBars = 32;
+  const std::vector<std::int64_t>& counts = sensor.histogram;
+  const std::size_t merged = counts.size() / kBars;
+  std::int64_t total = 0;
+  for (const std::int64_t count : counts) total += count;
+  FigureData x, density;
+  for (std::size_t i = 0; i < kBars; ++i) {
+    std::int64_t in_bar = 0;
+    for (std::size_t j = 0; j < merged; ++j) in_bar += counts[i * merged + j];
+    x.push_back(static_cast<double>(i) / kBars);
+    density.push_back(total > 0 ? static_cast<double>(in_bar) * kBars / static_cast<double>(total) : kNaN);
+  }
+  x.push_back(1.0);
+  density.push_back(density.back());
+  const double spread = 2.0 * std::sqrt((kBars - 1.0) / std::max(1.0, static_cast<double>(total)));
+  Panel panel{.title = titled("NIS against its law", sensor), .x_label = "F(NIS)", .y_label = "density"};
+  panel.x_range = AxisRange{0.0, 1.0};
+  panel.series.push_back(band_series("±2σ expected", ColourRole::bound, {0.0, 1.0},
+                                     {1.0 - spread, 1.0 - spread}, {1.0 + spread, 1.0 + spread}));
+  panel.series.push_back(step_series("measured", ColourRole::first, x, density));
+  return panel;
+}
+
+Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
+  const WhitenessTest& w = sensor.whiteness;
+  FigureData x, upper, lower;
+  for (std::size_t h = 0; h < w.autocorrelation.size(); ++h) {
+    x.push_back(static_cast<double>(h + 1));
+    upper.push_back(w.band[h]);
+    lower.push_back(-w.band[h]);
+  }
+  Panel panel{.title = titled("Whiteness", sensor),
+              .x_label = "lag (steps)",
+              .y_label = "autocorrelation of innovation"};
+  panel.x_range = AxisRange{0.0, static_cast<double>(x.size()) + 1.0};  // no point on the frame
+  panel.series.push_back(
+      band_series(fmt::format("{:g} %", 100.0 * confidence), ColourRole::bound, x, lower, upper));
+  panel.series.push_back(point_series("measured", ColourRole::first, x, w.autocorrelation));
+  return panel;
+}
+
+/// Whether a region holds the truth often enough, to be worth looking at: of many states
+/// almost none lies within 1σ in all of them.
+bool tells(const CoverageVerdict& coverage) {
+  constexpr double kLeast = 0.01;
+  return coverage.expected >= kLeast;
+}
+
+Panel coverage_panel(const Judgement& j) {
+  const StepTimes* const times = j.nees.times.get();
+  Panel panel{.title = "Coverage", .x_label = step_label(times), .y_label = "truth inside (%)"};
+  for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    if (!tells(j.coverage[i])) continue;
+    FigureData x, inside, expected;
+    for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
+      const CoverageStep& step = j.coverage[i].steps[k];
+      if (step.count.total == 0) continue;
+      x.push_back(step_place(times, 1 + static_cast<std::int64_t>(k) * j.step_stride));
+      inside.push_back(100.0 * step.interval.value);
+      expected.push_back(100.0 * step.expected);
+    }
+    panel.series.push_back(
+        line_series(panel.series.empty() ? "expected" : "", ColourRole::bound, x, expected));
+    panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageSums::kSigmas[i]),
+                                       numbered_role(static_cast<Index>(i)), x, inside));
+  }
+  return panel;
+}
+
+}  // namespace
+
+ReportTable tests_table(const Judgement& j) {
+  using enum ColumnAlign;
+  ReportTable table{
+      .title = "All tests",
+      .columns = {{"test", words}, {"measured", words}, {"p-value"}, {"adjusted"}, {"says", words}}};
+  const double alpha = 1.0 - j.confidence;
+  const auto says_nothing = [&](const NamedTest& test) {
+    for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+      const bool of_region = test.name == fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]);
+      if (of_region && !tells(j.coverage[i]) && test.p_value > alpha) return true;
+    }
+    return false;
+  };
+  for (const NamedTest& test : j.tests) {
+    const TableCell says = says_nothing(test)         ? TableCell("says nothing here", CellTone::muted)
+                           : std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
+                           : test.adjusted <= alpha   ? TableCell("fails", CellTone::alarm)
+                           : test.p_value <= alpha    ? TableCell("fails alone", CellTone::caution)
+                                                      : TableCell("passes", CellTone::good);
+    table.add({test.name, test.says, p_value_text(test.p_value), p_value_text(test.adjusted), says});
+  }
+  table.notes = {
+      fmt::format(
+          "Over {} run{}, NEES and NIS over all of a study. Each p-value holds its own false-alarm rate.",
+          j.runs, j.runs == 1 ? "" : "s"),
+      fmt::format(
+          "adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % probability.",
+          alpha, 100.0 * alpha)};
+  return table;
+}
+
+std::string stop_sentence(const StudyAnalysis& a) {
+  const StopDecision& stop = a.stop.value();
+  const std::string runs =
+      fmt::format("after {} of at most {} runs", a.statistics.runs, a.scenario.most_runs());
+  if (a.timed_out) {
+    return fmt::format("Out of time {}: {} so far, at any look p = {}.", runs, to_string(stop.verdict),
+                       number_text(stop.p_value, 3));
+  }
+  if (stop.reason == "precision") {
+    return fmt::format("Stopped by precision {}: mean NEES {} ({} … {}); this stop gives no verdict.", runs,
+                       number_text(stop.mean_nees.mean, 4), number_text(stop.mean_nees.lower, 4),
+                       number_text(stop.mean_nees.upper, 4));
+  }
+  const std::string factors =
+      std::isnan(stop.scale.lower)
+          ? "no single factor on P agrees with what was seen at all steps"
+          : fmt::format("P times a factor from {} to {} agrees with what was seen",
+                        number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
+  return fmt::format("Stopped by {} {}: {}, however often one looked (p = {}); {}.",
+                     stop.reason == "verdict" ? "verdict" : "the last look", runs, to_string(stop.verdict),
+                     number_text(stop.p_value, 3), factors);
+}
+
+std::string exact_sentence(const StudyAnalysis& a) {
+  double nees = 0.0, nis = 0.0;
+  Index nees_dof = 0, nis_dof = 0;
+  for (const ExactMoments& step : a.exact) {
+    nees += step.nees;
+    nees_dof += step.nees_dof;
+    nis += step.nis;
+    nis_dof += step.nis_dof;
+  }
+  if (nees_dof == 0 || nis_dof == 0) return {};
+  const auto steps = static_cast<double>(a.exact.size());
+  const auto per_step = [steps](double sum) { return number_text(sum / steps, 4); };
+  return fmt::format(
+      "Exact, without sampling noise: mean NEES {} of {} (scaling P by {} would make it right), mean NIS {} "
+      "of {}.",
+      per_step(nees), per_step(static_cast<double>(nees_dof)),
+      number_text(nees / static_cast<double>(nees_dof), 4), per_step(nis),
+      per_step(static_cast<double>(nis_dof)));
+}
+
+namespace {
+
+/// What is proved, what is right whatever the law, and how good the estimate is.
+void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) {
+  const double alpha = 1.0 - b.confidence;
+  const std::string proof = proof_sentence(b);
+  if (!proof.empty() && !is_inconsistent(b.word.verdict)) sentences.push_back("Proved: " + proof);
+  const ShapeJudgement& shape = b.law.shape;
+  // Proved of Gaussian errors only.
+  if (shape.proved_within <= 1.0 && b.word.verdict == Verdict::consistent) {
+    sentences.push_back(fmt::format("Proved at step {}: every direction of P is right within {} %.",
+                                    shape.proved_at, percent_text(shape.proved_within)));
+  }
+  const SecondMomentTest& second = b.law.second_moments.test;
+  if (second.reason.empty()) {
+    const double p = std::min(second.p_value.optimistic, second.p_value.pessimistic);
+    sentences.push_back(
+        fmt::format("Without assuming Gaussian errors: their mean squares {} P{} ({}); the largest deviation "
+                    "is in the direction of {}, a factor of {} ({} … {}).",
+                    p <= alpha ? "disagree with" : "agree with",
+                    b.law.second_moments.of.empty()
+                        ? ""
+                        : fmt::format(" of the block {}, the only one looked at in a state of more than {}",
+                                      b.law.second_moments.of, LawSums::kLargestAveraged),
+                    p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
+  }
+  constexpr std::int64_t kRunsForScores =
+      10;  // of fewer the interval misses its mean too often (hall_score.h)
+  const ScoreJudgement& log = b.law.log_score;
+  if (log.reason.empty() && log.value.reason.empty()) {
+    sentences.push_back(fmt::format(
+        "Log score {} ({} … {}{}) per step, {} if P were right; of two filters the one that scores "
+        "higher is better.",
+        number_text(log.value.mean, 4), number_text(log.value.lower, 4), number_text(log.value.upper, 4),
+        log.value.count < kRunsForScores ? ", too narrow for so few runs" : "",
+        number_text(log.expected, 4)));
+  }
+}
+
+}  // namespace
+
+std::string proof_sentence(const Judgement& j) {
+  const EquivalenceJudgement& proof = j.law.equivalence;
+  if (!(proof.p_value <= 1.0 - j.confidence)) return {};
+  return fmt::format("on average over a run every mean NEES and NIS is right within {} %.",
+                     percent_text(proof.proved_within));
+}
+
+std::vector<std::string> advice_sentences(const Judgement& b) {
+  std::vector<std::string> sentences;
+  // What rejects alone and not beside all others is nothing to mend.
+  const bool wrong = is_inconsistent(b.word.verdict);
+  if (wrong && b.responsible.index >= 0) {
+    const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
+    sentences.push_back(fmt::format(
+        "Most of the inconsistency is in the block “{}”, which is {}: mean NEES {} where {} is expected.",
+        block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
+        number_text(block.verdict.expected, 4)));
+  } else if (wrong && b.responsible.joint_only) {
+    sentences.push_back(
+        "Every block of the state is consistent and the whole is not: the correlations between blocks are "
+        "wrong.");
+  }
+  for (const CauseFound& cause : b.causes) {
+    sentences.push_back(fmt::format("{}: {} — {}.",
+                                    b.word.verdict == Verdict::consistent ? "Noticed" : "Likely cause",
+                                    to_string(cause.cause), cause.why));
+  }
+  if (!wrong) return sentences;
+  const ScaleAdvice& scale = b.scale_covariance;
+  if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
+    const std::string left = left_by_scale(b.nees, b.blocks);
+    sentences.push_back(fmt::format("Scaling P by {} would make the mean NEES right{}.", factor_text(scale),
+                                    left.empty() ? "" : " but leave " + left));
+  }
+  if (is_inconsistent(b.nis.verdict) && b.scale_innovation.reason.empty()) {
+    std::string sentence =
+        fmt::format("Scaling S by {} would make the mean NIS right", factor_text(b.scale_innovation));
+    if (b.scale_measurement_noise.reason.empty()) {
+      sentence += fmt::format("; so would scaling R alone by {}, to first order",
+                              factor_text(b.scale_measurement_noise));
+    }
+    sentences.push_back(sentence + ".");
+  }
+  return sentences;
+}
+
+namespace {
+
+/// Squares as roots, angles in degrees.
+double shown(double squared, std::string_view unit) {
+  return std::sqrt(squared) / (unit == "rad" ? kRadiansPerDegree : 1.0);
+}
+
+std::string shown_unit(std::string_view unit) {
+  return unit.empty() ? "" : unit == "rad" ? " (°)" : fmt::format(" ({})", unit);
+}
+
+/// Whether Jacobians at the truth claim much more than the bound.
+bool is_loose(const BlockAccuracy& row) {
+  constexpr double kLoose = 0.8;
+  return row.bound < kLoose * row.at_truth;
+}
+
+std::string efficiency_text(const MeanInterval& efficiency) {
+  return efficiency.count == 0 ? "–" : interval_text(efficiency.mean, efficiency.lower, efficiency.upper);
+}
+
+std::string bound_sentence(const Judgement& judgement) {
+  std::vector<std::string> parts;
+  for (const BlockAccuracy& row : judgement.accuracy) {
+    if (std::isnan(row.bound)) continue;
+    const auto root = [&](double squared) { return shown(squared, row.unit); };
+    const MeanInterval& squared = row.squared_error;
+    // Where the bound is loose, what Jacobians at the truth claim is what errors should be compared with.
+    const std::string yardstick =
+        is_loose(row) ? fmt::format("with Jacobians at the truth {}, bound {} (loose)",
+                                    number_text(root(row.at_truth), 3), number_text(root(row.bound), 3))
+                      : fmt::format("bound {}", number_text(root(row.bound), 3));
+    parts.push_back(fmt::format("{}{} {}, P claims {}, {}", row.of, shown_unit(row.unit),
+                                interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
+                                number_text(root(row.claimed), 3), yardstick));
+  }
+  if (parts.empty()) return {};
+  return fmt::format("RMSE beside P and the posterior Cramér-Rao bound: {}.", fmt::join(parts, "; "));
+}
+
+}  // namespace
+
+ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bound) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "How large the errors are, and how large P says they are",
+                    .columns = {{"block", words}, {"RMSE", words}, {"P claims"}}};
+  const bool bounded = bound != nullptr && bound->reason.empty();
+  if (bounded) {
+    for (const char* title : {"with Jacobians at the truth", "bound"}) table.columns.push_back({title});
+    table.columns.push_back({"efficiency", words});
+  }
+  for (const BlockAccuracy& row : judgement.accuracy) {
+    const auto root = [&](double squared) { return shown(squared, row.unit); };
+    const MeanInterval& squared = row.squared_error;
+    std::vector<TableCell> cells = {
+        row.of + shown_unit(row.unit),
+        interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
+        {root(row.claimed), 3}};
+    if (bounded) {
+      const bool known = !std::isnan(row.bound);
+      for (const double value : {row.at_truth, row.bound}) {
+        cells.push_back(known ? TableCell(root(value), 3) : TableCell("–"));
+      }
+      cells.push_back(efficiency_text(row.efficiency()));
+    }
+    table.add(std::move(cells));
+  }
+  if (bounded) {
+    table.notes.push_back(fmt::format(
+        "Averages over steps and runs, roots of summed squares. With Jacobians at the truth: what the filter "
+        "would claim if it linearised there. Bound: the posterior Cramér-Rao bound, below which no filter "
+        "without bias is, its Jacobians at the truth{}. Efficiency: its square over the mean squared error.",
+        bound->runs > 1 ? fmt::format(" averaged over {} runs", bound->runs) : ""));
+    if (std::ranges::any_of(judgement.accuracy, is_loose)) {
+      table.notes.emplace_back(
+          "The bound is loose here: Jacobians differ from run to run, and their mean tells what none of them "
+          "tells alone. What Jacobians at the truth claim is no bound, and the better yardstick.");
+    }
+  } else {
+    table.notes.emplace_back("Averages over steps and runs, roots of summed squares.");
+  }
+  if (bound != nullptr && !bound->reason.empty()) {
+    table.notes.push_back("No Cramér-Rao bound: " + bound->reason + ".");
+  }
+  return table;
+}
+
+std::vector<std::string> statistics_sentences(const Judgement& b) {
+  std::vector<std::string> sentences;
+  add_law_sentences(b, sentences);
+  advise_settling("NEES", "P", b.settle_nees, sentences);
+  advise_settling("NIS", "S", b.settle_nis, sentences);
+  if (std::string bound = bound_sentence(b); !bound.empty()) sentences.push_back(std::move(bound));
+  return sentences;
+}
+
+Figure evidence_figure(const std::string& name, const Judgement& j) {
+  constexpr std::size_t kSensors = 3;
+  Figure figure{.name = name + "-battery",
+                .caption = fmt::format(
+                    "Further tests, over {} run{}: the values of NIS taken through their distribution "
+                    "function, which makes them uniform; the correlation of the normalised innovation with "
+                    "itself in time; how often the truth lies within kσ of the whole state.",
+                    j.runs, j.runs == 1 ? "" : "s")};
+  for (std::size_t i = 0; i < std::min(kSensors, j.sensors.size()); ++i) {
+    const SensorJudgement& sensor = j.sensors[i];
+    if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));
+    if (sensor.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(sensor, j.confidence));
+  }
+  if (j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
+    figure.panels.push_back(coverage_panel(j));
+  }
+  arrange(figure);
+  return figure;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,92 @@
+#include "reports/document/study/step_csv.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "reports/render/csv.h"
+
+namespace credence::internal {
+namespace {
+
+CsvField field(double value) { return std::isfinite(value) ? CsvField(value) : CsvField(""); }
+
+double value_at(const std::vector<double>& values, std::size_t k) {
+  return k < values.size() ? values[k] : std::nan("");
+}
+
+void add_test(std::vector<CsvField>& row, const StepTest& test) {
+  row.insert(row.end(), {field(test.mean), field(test.expected), field(test.lower), field(test.upper),
+                         field(test.p_value), test.count});
+}
+
+std::vector<std::string> test_columns() {
+  std::vector<std::string> columns = {"step"};
+  for (const char* name : {"nees", "nis"}) {
+    for (const char* what : {"mean", "expected", "lower", "upper", "p_value", "runs"}) {
+      columns.push_back(fmt::format("{}_{}", name, what));
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a) {
+  std::vector<std::string> columns = test_columns();
+  for (const char* name : {"exact_nees", "exact_nis", "trace_prior", "trace", "vehicle", "landmarks"}) {
+    columns.emplace_back(name);
+  }
+  CsvWriter csv(target, columns);
+  for (std::size_t k = 0; k < a.statistics.steps.size(); ++k) {
+    std::vector<CsvField> row = {k + 1};
+    add_test(row, a.nees.steps[k]);
+    add_test(row, a.nis.steps[k]);
+    const bool exact = k < a.exact.size();
+    row.push_back(exact ? field(a.exact[k].nees) : CsvField(""));
+    row.push_back(exact ? field(a.exact[k].nis) : CsvField(""));
+    for (const auto* curve :
+         {&a.covariance.trace_prior, &a.covariance.trace, &a.covariance.vehicle, &a.covariance.landmarks}) {
+      row.push_back(field(value_at(*curve, k)));
+    }
+    csv.add(row);
+  }
+  csv.commit();
+}
+
+void write_log_csv(const std::filesystem::path& target, const LogAnalysis& a) {
+  const StepTimes* const times = a.judgement.nees.times.get();
+  std::vector<std::string> columns = test_columns();
+  if (times != nullptr) columns.insert(columns.begin() + 1, "time");
+  CsvWriter csv(target, columns);
+  for (std::size_t k = 0; k < a.evidence.study.steps.size(); ++k) {
+    const std::int64_t step = 1 + static_cast<std::int64_t>(k) * a.evidence.step_stride;
+    std::vector<CsvField> row = {step};
+    if (times != nullptr) row.push_back(field(times->at(step)));
+    add_test(row, a.judgement.nees.steps[k]);
+    add_test(row, a.judgement.nis.steps[k]);
+    csv.add(row);
+  }
+  csv.commit();
+}
+
+void write_trace_csv(const std::filesystem::path& target, const RunTrace& trace) {
+  const Index n = trace.steps.back().estimate.size();
+  std::vector<std::string> columns = {"step", "nees", "nees_dof", "nis", "nis_dof"};
+  for (const char* what : {"true", "estimate", "std"}) {
+    for (Index i = 0; i < n; ++i) columns.push_back(fmt::format("{}_{}", what, i));
+  }
+  CsvWriter csv(target, columns);
+  for (std::size_t k = 0; k < trace.steps.size(); ++k) {
+    const TraceStep& s = trace.steps[k];
+    std::vector<CsvField> row = {k, field(s.nees), s.nees_dof, field(s.nis), s.nis_dof};
+    const Index known = s.estimate.size();
+    for (Index i = 0; i < n; ++i) row.push_back(i < known ? field(s.truth[i]) : CsvField(""));
+    for (Index i = 0; i < n; ++i) row.push_back(i < known ? field(s.estimate[i]) : CsvField(""));
+    for (Index i = 0; i < n; ++i) row.push_back(i < known ? field(std::sqrt(s.P(i, i))) : CsvField(""));
+    csv.add(row);
+  }
+  csv.commit();
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,234 @@
+#include "reports/document/sweep/sweep_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "core/append_item.h"
+#include "core/nan.h"
+#include "reports/document/sweep/swept_values.h"
+
+namespace credence::internal {
+namespace {
+
+/// One of the two verdicts of a study.
+using VerdictOf = ConsistencyVerdict StudyAnalysis::*;
+
+double level_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
+
+bool is_numeric(const SweepAxis& axis) { return !std::isnan(swept_number(axis.values.front())); }
+
+/// Whether values spread like powers: all positive, and the middle one nearer to the geometric than to the
+/// arithmetic mean of the ends.
+bool is_geometric(std::vector<double> values) {
+  std::ranges::sort(values);
+  if (values.size() < 3 || values.front() <= 0.0) return false;
+  const double middle = values[values.size() / 2];
+  return std::abs(middle - std::sqrt(values.front() * values.back())) <
+         std::abs(middle - 0.5 * (values.front() + values.back()));
+}
+
+/// The curve of one setting of the other axes: mean over expected, and the factors on the claimed covariance
+/// that a test at the verdict's confidence would not reject. They include 1 where the verdict is consistent.
+struct RatioCurve {
+  FigureData x, ratio, lower, upper;
+
+  void add(double at, const ConsistencyVerdict& v) {
+    x.push_back(at);
+    ratio.push_back(v.mean / v.expected);
+    lower.push_back(v.mean / v.bounds.upper);
+    upper.push_back(v.mean / v.bounds.lower);
+  }
+};
+
+/// Where the ratio of a consistent filter lies, at each x the widest of all curves.
+struct ConsistencyBand {
+  std::map<double, AxisRange> at;
+
+  void add(double x, const ConsistencyVerdict& v) {
+    const double low = v.bounds.lower / v.expected, high = v.bounds.upper / v.expected;
+    if (!std::isfinite(low) || !std::isfinite(high)) return;
+    const auto [place, is_new] = at.try_emplace(x, AxisRange{low, high});
+    place->second = {std::min(place->second.low, low), std::max(place->second.high, high)};
+  }
+  Series series(double confidence) const {
+    FigureData x, low, high;
+    for (const auto& [where, range] : at) {
+      x.push_back(where);
+      low.push_back(range.low);
+      high.push_back(range.high);
+    }
+    return band_series(fmt::format("consistent ({:g} %)", 100.0 * confidence), ColourRole::bound, x, low,
+                       high);
+  }
+};
+
+/// The numeric axis with most values, at least two; size() if there is none.
+std::size_t longest_axis(const SweepPlan& plan) {
+  std::size_t axis = plan.axes.size(), longest = 1;
+  for (std::size_t a = 0; a < plan.axes.size(); ++a) {
+    if (plan.axes[a].values.size() <= longest || !is_numeric(plan.axes[a])) continue;
+    axis = a;
+    longest = plan.axes[a].values.size();
+  }
+  return axis;
+}
+
+/// Values of the other axes, which a curve is named after.
+std::string label_of(const SweepPoint& point, std::size_t axis) {
+  std::string label;
+  for (std::size_t i = 0; i < point.values.size(); ++i) {
+    if (i != axis) append_item(label, swept_text(point.values[i]));
+  }
+  return label;
+}
+
+Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what, VerdictOf verdict) {
+  std::map<std::string, RatioCurve> curves;
+  ConsistencyBand band;
+  const auto value_of = [&](std::size_t n) { return swept_number(sweep.point(n).values[axis]); };
+  std::vector<std::size_t> order(sweep.studies.size());  // a line goes from left to right
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, value_of);
+  std::vector<double> values;
+  for (const std::size_t n : order) {
+    const SweepPoint& point = sweep.point(n);
+    const double x = value_of(n);
+    values.push_back(x);
+    curves[label_of(point, axis)].add(x, sweep.studies[n].*verdict);
+    band.add(x, sweep.studies[n].*verdict);
+  }
+  Panel panel{.title = what,
+              .x_label = sweep.plan.axes[axis].path,
+              .y_label = fmt::format("mean {} / expected", what),
+              .log_x = is_geometric(values),
+              .log_y = true};
+  panel.series = {band.series(level_of(sweep)), level_series("expected", ColourRole::neutral, 1.0)};
+  Index i = 0;
+  for (const auto& [label, c] : curves) {
+    const ColourRole role = numbered_role(i++);
+    panel.series.push_back(line_series("", role, c.x, c.ratio));
+    panel.series.push_back(
+        error_bar_series(label.empty() ? "measured" : label, role, c.x, c.ratio, c.lower, c.upper));
+  }
+  return panel;
+}
+
+std::vector<Figure> curve_figures(const SweepAnalysis& sweep, std::size_t axis) {
+  return {{.name = "sweep",
+           .caption = fmt::format(
+               "Mean NEES and NIS over their expected values, logarithmic: 1 is consistent, above "
+               "is optimistic, below pessimistic. Bars: factors on the claimed covariance that "
+               "agree with what was measured, each at {:g} %; a bar without 1 is a verdict.",
+               100.0 * level_of(sweep)),
+           .rows = 1,
+           .cols = 2,
+           .panels = {curve_panel(sweep, axis, "NEES", &StudyAnalysis::nees),
+                      curve_panel(sweep, axis, "NIS", &StudyAnalysis::nis)}}};
+}
+
+/// One side of a heat map: places of its values, and their names where these are no numbers.
+struct Side {
+  FigureData centres;
+  std::vector<FigureText> names;
+  bool log = false;
+};
+
+Side side_of(const SweepAxis& axis) {
+  Side side;
+  if (is_numeric(axis)) {
+    for (const ScalarValue& value : axis.values) side.centres.push_back(swept_number(value));
+    std::ranges::sort(side.centres);
+    side.log = is_geometric(side.centres);
+    if (std::ranges::adjacent_find(side.centres, std::greater_equal<>()) == side.centres.end()) return side;
+  }
+  side = {.centres = index_axis(static_cast<Index>(axis.values.size())), .names = {}, .log = false};
+  for (const ScalarValue& value : axis.values) side.names.emplace_back(swept_text(value));
+  return side;
+}
+
+Index place_of(const SweepAxis& axis, const Side& side, const ScalarValue& value) {
+  if (side.names.empty()) {
+    return std::ranges::find(side.centres, swept_number(value)) - side.centres.begin();
+  }
+  return std::ranges::find_if(axis.values,
+                              [&](const ScalarValue& v) { return swept_text(v) == swept_text(value); }) -
+         axis.values.begin();
+}
+
+Panel heat_panel(const SweepAnalysis& sweep, std::size_t across, std::size_t up, const char* what,
+                 VerdictOf verdict) {
+  const SweepAxis &x_axis = sweep.plan.axes[across], &y_axis = sweep.plan.axes[up];
+  const Side x = side_of(x_axis), y = side_of(y_axis);
+  Matrix ratio = Matrix::Constant(std::ssize(y.centres), std::ssize(x.centres), kNaN);
+  FigureData agree_x, agree_y;
+  double spread = std::log(1.1);
+  for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
+    const ConsistencyVerdict& v = sweep.studies[n].*verdict;
+    const Index column = place_of(x_axis, x, sweep.point(n).values[across]);
+    const Index row = place_of(y_axis, y, sweep.point(n).values[up]);
+    ratio(row, column) = v.mean / v.expected;
+    if (std::isfinite(ratio(row, column)) && ratio(row, column) > 0.0) {
+      spread = std::max(spread, std::abs(std::log(ratio(row, column))));
+    }
+    if (v.verdict != Verdict::consistent) continue;
+    agree_x.push_back(x.centres[static_cast<std::size_t>(column)]);
+    agree_y.push_back(y.centres[static_cast<std::size_t>(row)]);
+  }
+  Panel panel{.title = what,
+              .x_label = x_axis.path,
+              .y_label = y_axis.path,
+              .log_x = x.log,
+              .log_y = y.log,
+              .x_names = x.names,
+              .y_names = y.names,
+              .colour_label = fmt::format("mean {} / expected", what),
+              .colour_range = AxisRange{std::exp(-spread), std::exp(spread)},
+              .log_colour = true,
+              .colour_scale = ColourScale::diverging};  // white, its middle, is consistent
+  panel.series = {heat_series(x.centres, y.centres, std::move(ratio))};
+  if (!agree_x.empty()) {
+    panel.series.push_back(
+        point_series("consistent", ColourRole::truth, std::move(agree_x), std::move(agree_y)));
+    panel.series.back().marker = MarkerShape::dot;
+  }
+  return panel;
+}
+
+std::vector<Figure> heat_figures(const SweepAnalysis& sweep) {
+  const SweepPlan& plan = sweep.plan;
+  const std::size_t across = plan.axes[0].values.size() >= plan.axes[1].values.size() ? 0 : 1;
+  const std::size_t up = 1 - across;
+  return {{.name = "sweep",
+           .caption =
+               "Mean NEES and NIS over their expected values: white is consistent, red optimistic, blue "
+               "pessimistic; grey: no result. A dot marks a configuration that its own test does not reject.",
+           .rows = 1,
+           .cols = 2,
+           .panels = {heat_panel(sweep, across, up, "NEES", &StudyAnalysis::nees),
+                      heat_panel(sweep, across, up, "NIS", &StudyAnalysis::nis)}}};
+}
+
+}  // namespace
+
+std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
+  constexpr std::size_t kMostCurves = 6, kGrid = 3;
+  const SweepPlan& plan = sweep.plan;
+  if (sweep.studies.empty()) return {};
+  const std::size_t axis = longest_axis(plan);
+  const bool plane = plan.axes.size() == 2 && plan.mode == SweepMode::grid;
+  const bool both_numeric = plane && is_numeric(plan.axes[0]) && is_numeric(plan.axes[1]);
+  const bool wide = plane && std::min(plan.axes[0].values.size(), plan.axes[1].values.size()) >= kGrid;
+  if (wide && (both_numeric || axis == plan.axes.size())) return heat_figures(sweep);
+  if (axis == plan.axes.size()) return {};
+  std::map<std::string, int> curves;
+  for (std::size_t n = 0; n < sweep.studies.size(); ++n) ++curves[label_of(sweep.point(n), axis)];
+  if (curves.size() <= kMostCurves) return curve_figures(sweep, axis);
+  return plane ? heat_figures(sweep) : std::vector<Figure>{};
+}
+
+}  // namespace credence::internal

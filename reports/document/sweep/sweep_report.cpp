@@ -1,0 +1,258 @@
+#include "reports/document/sweep/sweep_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/append_item.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "reports/document/study/study_json.h"
+#include "reports/document/sweep/rank_map_report.h"
+#include "reports/document/sweep/sweep_figures.h"
+#include "reports/document/sweep/swept_values.h"
+#include "reports/document/verdict_text.h"
+#include "reports/render/csv.h"
+
+namespace credence::internal {
+namespace {
+
+/// The level of the tests of all configurations together.
+double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
+
+bool has_vehicle_nees(const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }
+
+void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& sweep) {
+  std::vector<std::string> columns = {"configuration"};
+  for (const SweepAxis& axis : sweep.plan.axes) columns.push_back(axis.path);
+  for (const char* name : {"runs", "failed", "nees_mean", "nees_expected", "nees_lower", "nees_upper",
+                           "nees_p_value", "nees_verdict", "nis_mean", "nis_expected", "nis_lower",
+                           "nis_upper", "nis_p_value", "nis_verdict", "trace_last"}) {
+    columns.emplace_back(name);
+  }
+  if (!sweep.rank_map.empty()) {
+    for (const char* name : {"rank_inflation", "rank_observability", "measured_bounded", "growth_exponent",
+                             "growth_per_step", "predicted_bounded", "paper_condition_holds"}) {
+      columns.emplace_back(name);
+    }
+  }
+  const bool has_pose = std::ranges::any_of(sweep.studies, has_vehicle_nees);
+  if (has_pose) {
+    for (const char* name : {"pose_nees_mean", "pose_nees_expected", "pose_nees_verdict"})
+      columns.emplace_back(name);
+  }
+  CsvWriter csv(target, columns);
+  const auto number = [](double v) { return std::isfinite(v) ? CsvField(v) : CsvField(""); };
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyAnalysis& a = sweep.studies[i];
+    const SweepPoint& point = sweep.point(i);
+    std::vector<CsvField> row = {point.id};
+    for (const ScalarValue& value : point.values) row.emplace_back(swept_text(value));
+    row.emplace_back(a.statistics.runs);
+    row.emplace_back(a.statistics.failures.size());
+    for (const ConsistencyVerdict* v : {&a.nees, &a.nis}) {
+      for (const double x : {v->mean, v->expected, v->bounds.lower, v->bounds.upper, v->p_value}) {
+        row.push_back(number(x));
+      }
+      row.emplace_back(std::string(to_string(v->verdict)));
+    }
+    row.push_back(a.covariance.trace.empty() ? CsvField("") : number(a.covariance.trace.back()));
+    if (!sweep.rank_map.empty()) {
+      const RankMapCell& c = sweep.rank_map[i];
+      row.insert(row.end(), {c.inflation_rank, c.observability_rank, c.bounded ? 1 : 0, c.growth_exponent,
+                             c.growth_per_step, c.predicted ? 1 : 0, c.paper ? 1 : 0});
+    }
+    if (has_pose && a.vehicle_nees) {
+      row.insert(row.end(), {number(a.vehicle_nees->mean), number(a.vehicle_nees->expected),
+                             std::string(to_string(a.vehicle_nees->verdict))});
+    } else if (has_pose) {
+      row.insert(row.end(), {CsvField(""), CsvField(""), CsvField("")});
+    }
+    csv.add(row);
+  }
+  csv.commit();
+}
+
+bool stands(const StudyAnalysis& analysis, double sweep_p_value) {
+  return is_inconsistent(overall_verdict(analysis)) &&
+         sweep_p_value <= 1.0 - analysis.scenario.study.confidence;
+}
+
+std::string family_note(const SweepAnalysis& sweep) {
+  std::size_t alone = 0, together = 0;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    alone += is_inconsistent(overall_verdict(sweep.studies[i])) ? 1 : 0;
+    together += stands(sweep.studies[i], sweep.p_values[i]) ? 1 : 0;
+  }
+  return fmt::format(
+      "stands: inconsistent also when all configurations are judged together. {} are inconsistent alone, {} "
+      "of them stand; at most {:g} % of those are expected to be false (Benjamini-Yekutieli).",
+      alone, together, 100.0 * (1.0 - confidence_of(sweep)));
+}
+
+/// "world.landmarks = 3, filter.inflation = map".
+std::string point_words(const SweepAnalysis& sweep, std::size_t study) {
+  std::string text;
+  const std::vector<ScalarValue>& values = sweep.point(study).values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    append_item(text, fmt::format("{} = {}", sweep.plan.axes[i].path, swept_text(values[i])));
+  }
+  return text;
+}
+
+/// In which configurations an iteration of the filter ended before it had settled; empty where in none.
+std::string unsettled_note(const SweepAnalysis& sweep) {
+  constexpr std::size_t kNamed = 5;
+  std::string where;
+  std::size_t configurations = 0;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyStatistics& s = sweep.studies[i].statistics;
+    if (s.not_converged.empty() || ++configurations > kNamed) continue;
+    append_item(where,
+                fmt::format("{} (in {} of {} runs)", point_words(sweep, i), s.not_converged.size(), s.runs),
+                "; ");
+  }
+  if (configurations == 0) return {};
+  return fmt::format(
+      "The filter's iteration stopped before it had converged in {} of {} configurations; its last iterate "
+      "is used there: {}{}.",
+      configurations, sweep.studies.size(), where, configurations > kNamed ? "; …" : "");
+}
+
+/// How far a configuration is from consistent: of NEES and NIS the larger of |log(mean / expected)|.
+double distance(const StudyAnalysis& a) {
+  return std::max(std::abs(std::log(a.nees.mean / a.nees.expected)),
+                  std::abs(std::log(a.nis.mean / a.nis.expected)));
+}
+
+/// The consistent configuration without a failed run whose NEES and NIS are nearest to what they must be;
+/// size() if there is none.
+std::size_t best_study(const SweepAnalysis& sweep) {
+  std::size_t best = sweep.studies.size();
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyAnalysis& a = sweep.studies[i];
+    const bool good = overall_verdict(a) == Verdict::consistent && std::isfinite(distance(a)) &&
+                      a.statistics.failures.empty();
+    if (good && (best == sweep.studies.size() || distance(a) < distance(sweep.studies[best]))) best = i;
+  }
+  return best;
+}
+
+ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
+  std::size_t unsafe = 0, pessimistic = 0, consistent = 0, failing = 0;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const Verdict verdict = overall_verdict(sweep.studies[i]);
+    consistent += verdict == Verdict::consistent ? 1 : 0;
+    failing += sweep.studies[i].statistics.failures.empty() ? 0 : 1;
+    if (!stands(sweep.studies[i], sweep.p_values[i])) continue;
+    (verdict_cell(verdict).tone == CellTone::alarm ? unsafe : pessimistic) += 1;
+  }
+  const std::size_t n = sweep.studies.size(), best = best_study(sweep);
+  if (n == 0) return {CellTone::caution, "No configuration has results yet"};
+  std::string counts =
+      fmt::format("Of {} configurations {} cannot be trusted, {} are pessimistic, {} consistent", n, unsafe,
+                  pessimistic, consistent);
+  if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
+  if (best == n) return {CellTone::alarm, counts};
+  // Of a scenario that varies nothing there is one configuration, which has no name.
+  if (sweep.plan.axes.empty()) return {unsafe + failing > 0 ? CellTone::caution : CellTone::good, counts};
+  return {unsafe + failing > 0 ? CellTone::caution : CellTone::good,
+          fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
+}
+
+ReportTable configuration_table(const SweepAnalysis& sweep) {
+  using enum ColumnAlign;
+  const SweepPlan& plan = sweep.plan;
+  ReportTable table{.title = sweep_answer(sweep).text};
+  const bool has_pose = std::ranges::any_of(sweep.studies, has_vehicle_nees);
+  for (const SweepAxis& axis : plan.axes) {
+    table.columns.push_back({axis.path, std::isnan(swept_number(axis.values.front())) ? words : numbers});
+  }
+  table.columns.insert(table.columns.end(),
+                       {{"verdict", words}, {"together", words}, {"mean NEES"}, {"expected"}});
+  if (has_pose)
+    table.columns.insert(table.columns.end(), {{"of the pose"}, {"expected"}, {"pose says", words}});
+  table.columns.insert(
+      table.columns.end(),
+      {{"mean NIS"}, {"expected"}, {"NIS says", words}, {"last tr P"}, {"runs"}, {"failed"}});
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyAnalysis& a = sweep.studies[i];
+    std::vector<TableCell> row;
+    for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(swept_text(value));
+    row.insert(row.end(),
+               {verdict_cell(overall_verdict(a)),
+                stands(a, sweep.p_values[i]) ? TableCell("stands") : TableCell("–", CellTone::muted),
+                a.nees.mean, a.nees.expected});
+    if (has_pose && a.vehicle_nees) {
+      row.insert(row.end(),
+                 {a.vehicle_nees->mean, a.vehicle_nees->expected, verdict_cell(a.vehicle_nees->verdict)});
+    } else if (has_pose) {
+      row.insert(row.end(), {"–", "–", "–"});
+    }
+    row.insert(row.end(), {a.nis.mean, a.nis.expected, verdict_cell(a.nis.verdict),
+                           a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
+                           a.statistics.runs, a.statistics.failures.size()});
+    table.add(std::move(row));
+  }
+  if (!sweep.studies.empty()) table.notes.push_back(family_note(sweep));
+  if (std::string note = unsettled_note(sweep); !note.empty()) table.notes.push_back(std::move(note));
+  if (sweep.studies.size() < plan.points.size()) {
+    table.notes.push_back(
+        fmt::format("{} of {} configurations have results", sweep.studies.size(), plan.points.size()));
+  }
+  if (plan.skipped > 0)
+    table.notes.push_back(fmt::format("{} impossible configurations left out", plan.skipped));
+  return table;
+}
+
+std::string sweep_json(const SweepAnalysis& sweep) {
+  const SweepPlan& plan = sweep.plan;
+  Json document;
+  document["schema"] = kSchema;
+  document["name"] = plan.name;
+  document["points"] = plan.points.size();
+  document["skipped_impossible"] = plan.skipped;
+  if (!sweep.rank_map.empty()) {
+    document["rank_map"] = rank_map_json(sweep.rank_map, confidence_of(sweep));
+    return text_of_json(document);
+  }
+  Json configurations = Json::array();
+  for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
+    Json j = study_json(sweep.studies[n]);
+    j["swept"] = swept_json(plan, sweep.point(n));
+    j["sweep_p_value"] = sweep.p_values[n];
+    configurations.push_back(std::move(j));
+  }
+  document["configurations"] = std::move(configurations);
+  return text_of_json(document);
+}
+
+}  // namespace
+
+Document sweep_document(SweepAnalysis given) {
+  const auto shared = std::make_shared<const SweepAnalysis>(std::move(given));
+  const SweepAnalysis& sweep = *shared;
+  const bool map = !sweep.rank_map.empty();
+  Document document(sweep.plan.name, fmt::format("A sweep of {} configurations", sweep.plan.points.size()));
+  document.answer = map ? rank_map_answer(sweep.rank_map) : sweep_answer(sweep);
+  document.json = [shared] { return sweep_json(*shared); };
+  std::vector<ReportTable> tables = {configuration_table(sweep)};
+  if (map)
+    tables = {rank_map_table(sweep.rank_map, confidence_of(sweep)), rank_map_disagreements(sweep.rank_map)};
+  document.brief.assign(tables.begin(), tables.end());
+
+  std::vector<Figure> figures = map ? std::vector{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);
+  if (!figures.empty()) document.section(map ? "The map of ranks" : "Over the settings");
+  document.figures(std::move(figures));
+  document.section(map ? "Counts" : "All configurations");
+  if (!map) tables.front().title = "One row for each configuration";
+  for (ReportTable& table : tables) document.table(std::move(table));
+  document.link("every configuration as CSV", "sweep.csv");
+  document.file("sweep.csv", [shared](const auto& target) { write_sweep_csv(target, *shared); });
+  document.section("Settings");
+  document.folded("The scenario with its sweep", [&] { document.verbatim(canonical_toml(shared->plan)); });
+  return document;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,151 @@
+#include "reports/document/tuning/tuning_tables.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/append_item.h"
+#include "reports/render/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+/// Whole steps, or a dash; noise that hardly has an effect takes more of them than an integer holds.
+TableCell steps_cell(double steps) {
+  constexpr double kCountable = 1e15;
+  if (std::isnan(steps)) return "–";
+  return steps < kCountable ? TableCell(std::llround(steps)) : TableCell(steps, 3);
+}
+
+Json tuned_parameter_json(const TunedParameter& p) {
+  Json j{{"name", p.name},
+         {"value", p.value},
+         {"lower", p.lower},
+         {"upper", p.upper},
+         {"identifiable", p.identifiable},
+         {"steps_for_10_percent", p.steps_for_10_percent},
+         {"before", p.before},
+         {"bootstrap", {{"lower", p.bootstrap_lower}, {"upper", p.bootstrap_upper}}}};
+  if (!p.identifiable) j["null_reason"] = p.reason;
+  return j;
+}
+
+Json tune_forecast_json(const TuningForecast& forecast) {
+  Json all = Json::array();
+  for (const TuningForecast::Parameter& p : forecast.parameters) {
+    Json& j = all.emplace_back(Json{{"name", p.name},
+                                    {"identifiable", p.identifiable},
+                                    {"relative_error", p.relative_error},
+                                    {"steps_for_10_percent", p.steps_for_10_percent}});
+    if (!p.identifiable) j["null_reason"] = p.reason;
+  }
+  return all;
+}
+
+}  // namespace
+
+std::string tuned_interval_text(double lower, double upper) {
+  if (std::isnan(lower)) return "–";
+  return fmt::format("{} … {}", number_text(lower, 4), number_text(upper, 4));
+}
+
+std::string or_dash(double value, int significant) {
+  return std::isnan(value) ? "–" : number_text(value, significant);
+}
+
+ReportTable tune_forecast_table(const TuningForecast& forecast) {
+  ReportTable table{.title = "What these data can tell, if the present filter is right",
+                    .columns = {{"parameter", ColumnAlign::words},
+                                {"known to ±", ColumnAlign::numbers},
+                                {"steps for ±10 %", ColumnAlign::numbers},
+                                {"", ColumnAlign::words}},
+                    .notes = {fmt::format("{} steps. ±: one standard error of the logarithm.",
+                                          fmt::format("{:.0f}", forecast.steps))}};
+  for (const TuningForecast::Parameter& p : forecast.parameters) {
+    const std::string error =
+        std::isnan(p.relative_error) ? "–" : number_text(100.0 * p.relative_error, 3) + " %";
+    table.add({p.name, error, steps_cell(p.steps_for_10_percent),
+               p.identifiable ? TableCell("") : TableCell("held: " + p.reason, CellTone::caution)});
+  }
+  return table;
+}
+
+ReportTable tuned_noise_table(const std::string& name, const std::string& engine, const Tuning& t) {
+  ReportTable table{
+      .title = fmt::format("{}: the noise that the data ask for", name),
+      .columns = {{"parameter", ColumnAlign::words},
+                  {"present"},
+                  {"tuned"},
+                  {fmt::format("{:g} % interval", 100.0 * t.confidence), ColumnAlign::words},
+                  {"by resampling", ColumnAlign::words},
+                  {"steps for ±10 %"}},
+      .notes = {fmt::format(
+          "{}. Interval: {}. By resampling: {} units of data drawn with replacement, one Newton step each.",
+          engine, t.misspecified ? "the sandwich of observed information and scores" : "observed information",
+          t.units)}};
+  for (const TunedParameter& p : t.parameters) {
+    const std::string limits =
+        std::isnan(p.lower) ? p.reason : "only within " + tuned_interval_text(p.lower, p.upper);
+    table.add({p.name, TableCell(p.before),
+               p.identifiable ? TableCell(p.value) : TableCell("not identifiable", CellTone::caution),
+               p.identifiable ? tuned_interval_text(p.lower, p.upper) : limits,
+               tuned_interval_text(p.bootstrap_lower, p.bootstrap_upper),
+               steps_cell(p.steps_for_10_percent)});
+  }
+  return table;
+}
+
+ReportTable score_gain_table(const Tuning& g) {
+  ReportTable table{
+      .title = "Before and after",
+      .columns = {{"", ColumnAlign::words}, {"present", ColumnAlign::words}, {"tuned", ColumnAlign::words}}};
+  table.add({"log score of the innovations, a step", or_dash(g.score_before, 6), or_dash(g.score_after, 6)});
+  table.add(
+      {"mean NIS (expected " + number_text(g.dof, 4) + ")", or_dash(g.nis_before), or_dash(g.nis_after)});
+  table.add(
+      {"lag-one correlation of the innovations", or_dash(g.lag_one_before, 2), or_dash(g.lag_one_after, 2)});
+  return table;
+}
+
+std::string likelihood_ratio_text(const Tuning& g) {
+  return fmt::format("Likelihood ratio {} with {} dof, p {}{}.", number_text(g.likelihood_ratio, 4),
+                     g.coordinates.size(), g.likelihood_ratio_p_value < 1e-12 ? "" : "= ",
+                     p_value_text(g.likelihood_ratio_p_value));
+}
+
+std::string found_noise_text(const Tuning& tuning) {
+  std::string found;
+  for (const TunedParameter& p : tuning.parameters) {
+    if (!p.identifiable) continue;
+    append_item(found, fmt::format("{} = {} ({})", p.name, number_text(p.value, 3),
+                                   tuned_interval_text(p.lower, p.upper)));
+  }
+  return found;
+}
+
+ReportAnswer nothing_told(const Tuning& tuning) {
+  std::string why = tuning.notes.empty() ? "Nothing could be told" : tuning.notes.back();
+  if (why.ends_with('.')) why.pop_back();
+  return {CellTone::caution, why};
+}
+
+Json tuning_json(const Tuning& g) {
+  Json j;
+  j["confidence"] = g.confidence;
+  j["forecast"] = tune_forecast_json(g.forecast);
+  j["parameters"] = Json::array();
+  for (const TunedParameter& p : g.parameters) j["parameters"].push_back(tuned_parameter_json(p));
+  j["coordinates"] = g.coordinates;
+  j["correlation"] = json_matrix(g.correlation);
+  j["log_score"] = {{"before", g.score_before},
+                    {"after", g.score_after},
+                    {"likelihood_ratio", g.likelihood_ratio},
+                    {"likelihood_ratio_p_value", g.likelihood_ratio_p_value}};
+  j["innovations"] = {{"nis", {{"before", g.nis_before}, {"after", g.nis_after}, {"expected", g.dof}}},
+                      {"lag_one_correlation", {{"before", g.lag_one_before}, {"after", g.lag_one_after}}}};
+  j["intervals"] = g.misspecified ? "sandwich" : "observed information";
+  j["information_ratio"] = g.information_ratio;
+  return j;
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,697 @@
+#include "analysis/evidence/causes/advice_cause.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+// Of 100 runs of one degree of freedom, whose mean is that of each step: its standard deviation is 0.14.
+ConsistencyVerdict verdict_of_means(const std::vector<double>& means, bool nis) {
+  std::vector<Moments> steps;
+  for (const double mean : means) steps.push_back({.count = 100, .mean = mean, .m2 = 1.0});
+  const std::vector<double> dofs(means.size(), 100.0);
+  return nis ? judge_nis(steps, dofs, 0.95) : judge_nees(steps, dofs, 0.95);
+}
+
+Findings findings_of(double nees, double nis) {
+  return {.nees = verdict_of_means(std::vector<double>(40, nees), false),
+          .nis = verdict_of_means(std::vector<double>(40, nis), true)};
+}
+
+// A mean in the first steps and another in the rest of forty.
+std::vector<double> start_and_rest(std::size_t first, double start, double rest) {
+  std::vector<double> means(40, rest);
+  std::fill_n(means.begin(), first, start);
+  return means;
+}
+
+WhitenessTest correlated_by(double lag_1) {
+  WhitenessTest test;
+  test.autocorrelation = {lag_1};
+  test.band = {0.05};
+  test.p_value = 1e-9;
+  return test;
+}
+
+std::vector<Cause> causes_of(const Findings& findings) {
+  std::vector<Cause> causes;
+  for (const CauseFound& found : find_causes(findings)) causes.push_back(found.cause);
+  return causes;
+}
+
+using CauseList = std::vector<Cause>;
+
+TEST(CauseRules, EveryCauseHasWordsOfItsOwn) {
+  std::set<std::string_view> words;
+  for (int i = 0; i <= static_cast<int>(Cause::inflation); ++i) words.insert(to_string(Cause{i}));
+  EXPECT_EQ(words.size(), static_cast<std::size_t>(Cause::inflation) + 1);
+  EXPECT_FALSE(words.contains("unknown"));
+}
+
+TEST(CauseRules, ASignatureMustHoldForAllFifteen) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.heavy_tail_p_value = 0.0034;  // 0.05/15 = 0.00333
+  EXPECT_EQ(causes_of(findings), CauseList{});
+  findings.heavy_tail_p_value = 0.0033;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::heavy_tails});
+  // 100 of a million are expected beyond the 99.99 % quantile; outliers are more than ten times as many, of
+  // values whose body fits.
+  findings = findings_of(1.0, 1.0);
+  findings.far_tail = CoverageCount{.inside = 999'010, .total = 1'000'000};
+  EXPECT_EQ(causes_of(findings), CauseList{});
+  findings.far_tail->inside = 998'900;
+  findings.heavy_tail_p_value = 1e-9;  // said already
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.heavy_tail_p_value.reset();
+  findings.fit = GoodnessOfFit{.count = 1'000'000, .kolmogorov = 0.06};
+  EXPECT_EQ(causes_of(findings), CauseList{});
+  findings.gross_outliers.rest_fits = true;  // the body is off by what outliers leave behind
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+}
+
+// χ²(1) and 2.5 times it are 0.218 apart at most (scipy: chi2.cdf(x, 1) − chi2.cdf(x/2.5, 1) at x = 1.527).
+TEST(CauseRules, ABodyThatHasHardlyMovedBesideTheMeanIsThatOfOutliers) {
+  Findings findings = findings_of(2.5, 2.5);
+  findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+  findings.fit = GoodnessOfFit{.count = 4000, .kolmogorov = 0.099};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.fit->kolmogorov = 0.11;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  // A fifth of what is in excess, 1.5 of 2.5, is 0.12: a manoeuvre correlates more of it.
+  findings.fit->kolmogorov = 0.099;
+  findings.whiteness = correlated_by(0.11);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.whiteness = correlated_by(0.13);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+}
+
+// Of many runs the least mean is significant. 0.04² = 0.0016 is no twentieth of an excess of 0.8, 0.25² =
+// 0.0625 is.
+TEST(CauseRules, AMeanThatIsLittleOfWhatIsWrongIsNoBiasOfALinearFilter) {
+  const auto with_error = [](double nees, double mean) {
+    Findings findings = findings_of(nees, 1.0);
+    findings.error_mean = {.test = {.mean = Vector::Constant(1, mean), .p_value = 1e-9}, .state = "x"};
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with_error(1.8, 0.04), CauseList{Cause::covariance_scale});
+  EXPECT_EQ(with_error(1.8, 0.25), CauseList{Cause::bias});
+  EXPECT_EQ(with_error(0.4, 0.1), CauseList{Cause::covariance_scale});
+  const auto with_innovation = [](double nees, double nis, double mean) {
+    Findings findings = findings_of(nees, nis);
+    findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, mean), .p_value = 1e-9};
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with_innovation(1.8, 1.0, 0.04), CauseList{Cause::covariance_scale})
+      << "errors of NEES 1.8 have another cause";
+  EXPECT_EQ(with_innovation(1.0, 1.8, 0.04), CauseList{Cause::covariance_scale});
+  EXPECT_EQ(with_innovation(1.0, 1.3, 0.5), CauseList{Cause::bias});
+}
+
+TEST(CauseRules, AlongOneWayABiasMayBeADelay) {
+  Findings findings = findings_of(1.5, 1.0);
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.7), .p_value = 1e-9}, .state = "x"};
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
+  EXPECT_EQ(find_causes(findings)[0].why.find("a delay"), std::string::npos);
+  findings.lateness = LatenessTest{.runs = 100, .p_value = std::nan(""), .reason = kNoVariedMotion};
+  EXPECT_NE(find_causes(findings)[0].why.find("a delay looks the same"), std::string::npos);
+}
+
+// Errors that are correlated where P claims that they are not have lost it to nothing else.
+TEST(CauseRules, CrossCovariancesThatWereDroppedComeBeforeTheStartAndTheNoise) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(6, 2.2, 1.0);
+  means[0] = 1.0;
+  findings.nis = verdict_of_means(means, true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  const ErrorCorrelationTest correlated{.largest = 0.4, .p_value = 1e-9};
+  findings.error_correlation = correlated;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::cross_covariance});
+  findings = findings_of(1.8, 1.3);
+  findings.whiteness = correlated_by(0.2);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.error_correlation = correlated;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::cross_covariance});
+  findings.error_correlation->largest = 0.04;  // of no size
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+}
+
+// Of a nonlinear filter whose NIS is too large in some steps only: lags of a gain that is too small tell Q,
+// and come before a joint NEES that no block shares.
+TEST(CauseRules, LagsTellProcessNoiseOfANonlinearFilterWhoseInnovationsDoNotFit) {
+  Findings findings = findings_of(2.0, 1.0);
+  findings.nonlinear = true;
+  findings.nis.verdict = Verdict::optimistic;
+  findings.nis.mean = 1.25;
+  findings.block = ResponsibleBlock{.joint_only = true};
+  findings.whiteness = correlated_by(0.3);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.whiteness = correlated_by(0.15);  // less than a fifth of what the errors have in excess
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::cross_covariance});
+}
+
+TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
+  const LatenessTest late{.runs = 100, .steps = 1.0, .p_value = 1e-6, .explained = 1.2};
+  const auto with = [&](double nees, double nis, double steps, double explained) {
+    Findings findings = findings_of(nees, nis);
+    findings.nees.verdict = Verdict::optimistic;  // as of more runs
+    findings.lateness = late;
+    findings.lateness->steps = steps;
+    findings.lateness->explained = explained;
+    const CauseList causes = causes_of(findings);
+    return std::ranges::count(causes, Cause::late_measurements) == 1;
+  };
+  EXPECT_TRUE(with(1.5, 1.0, 1.0, 1.2));
+  EXPECT_TRUE(with(1.1, 1.0, 1.0, 1.2));
+  EXPECT_FALSE(with(0.9, 1.0, 1.0, 1.2));   // errors that are too small
+  EXPECT_FALSE(with(1.5, 1.11, 1.0, 1.2));  // innovations of another size
+  EXPECT_TRUE(
+      with(51.0, 2.4, 1.0, 1.2));  // of another size by little beside errors that are 50 times too large
+  EXPECT_FALSE(with(51.0, 2.6, 1.0, 1.2));
+  EXPECT_FALSE(with(1.5, 1.0, 0.29, 1.2));
+  EXPECT_TRUE(with(1.5, 1.0, 1.0, 0.51));
+  EXPECT_FALSE(with(1.5, 1.0, 1.0, 0.49));
+  // It stands for the bias that it makes.
+  Findings findings = findings_of(1.5, 1.0);
+  findings.lateness = late;
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.7), .p_value = 1e-9}, .state = "x"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::late_measurements});
+  findings.lateness->p_value = 0.01;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
+  EXPECT_NE(find_causes(findings)[0].why.find("the error of x has a mean of 0.7"), std::string::npos);
+  // 0.7² is less than half of an excess of 1: at a filter's own estimates that is no bias.
+  findings = findings_of(2.0, 1.0);
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.7), .p_value = 1e-9}, .state = "x"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+}
+
+// A delay explains 3/4 of an error that grows along the way, as of a wrong scale.
+TEST(CauseRules, AnErrorThatGrowsAlongTheWayIsNotLate) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.lateness = LatenessTest{.runs = 100, .steps = 1.0, .p_value = 1e-6, .explained = 0.75};
+  const auto with_excess = [&](double before, double after) {
+    std::vector<double> means(40, 1.0 + before);
+    std::fill_n(means.begin() + 20, 20, 1.0 + after);
+    findings.nees = verdict_of_means(means, false);
+    return causes_of(findings) == CauseList{Cause::late_measurements};
+  };
+  EXPECT_TRUE(with_excess(1.0, 1.7));
+  EXPECT_FALSE(with_excess(1.0, 1.8));
+  findings.lateness->explained = 0.81;
+  EXPECT_TRUE(with_excess(1.0, 1.8));
+}
+
+// A mean of the errors at single steps that all runs share, though it turns with the vehicle, is no
+// linearisation.
+TEST(CauseRules, AMeanAtSingleStepsThatIsMostOfWhatIsWrongIsABias) {
+  Findings findings = findings_of(2.0, 1.0);
+  findings.nonlinear = true;
+  findings.mean_at_steps = {.explained = 0.51, .p_value = 1e-6};
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
+  findings.lateness = LatenessTest{.reason = "fewer than ten runs"};
+  EXPECT_NE(find_causes(findings)[0].why.find("a delay, which could not be tested, looks the same"),
+            std::string::npos);
+  findings.mean_at_steps.explained = 0.49;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.mean_at_steps = {.explained = 0.9, .p_value = 0.004};  // 0.05/15 = 0.0033
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  // Errors that are too small all in all have no bias, whatever their start has.
+  findings.mean_at_steps = {.explained = 0.9, .p_value = 1e-6};
+  findings.nees = verdict_of_means(start_and_rest(2, 3.0, 0.6), false);
+  findings.nees.verdict = Verdict::mixed;  // as of more runs
+  EXPECT_NE(causes_of(findings)[0], Cause::bias);
+  findings.nees = verdict_of_means(std::vector<double>(40, 2.0), false);
+  // Not of a filter that starts too sure of itself.
+  findings.nis = verdict_of_means(start_and_rest(6, 3.0, 1.0), true);
+  findings.mean_at_steps = {.explained = 0.9, .p_value = 1e-6};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
+}
+
+// Linearisation gives innovations a mean, too: a bias of a nonlinear filter is most of what NIS has in
+// excess.
+TEST(CauseRules, AMeanOfInnovationsThatIsLittleOfTheirExcessIsNoBiasOfANonlinearFilter) {
+  const auto with = [](double nees, double nis, double mean, bool nonlinear) {
+    Findings findings = findings_of(nees, nis);
+    findings.nonlinear = nonlinear;
+    findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, mean), .p_value = 1e-9};
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with(1.0, 1.0, 0.02, false), CauseList{Cause::bias});
+  EXPECT_EQ(with(1.5, 1.0, 0.02, true), CauseList{Cause::linearisation});
+  // 0.99² is more than half of an excess of 1, 0.7² is less.
+  EXPECT_EQ(with(2.0, 2.0, 0.99, true), CauseList{Cause::bias});
+  EXPECT_EQ(with(2.0, 2.0, 0.7, true), CauseList{Cause::covariance_scale});
+}
+
+TEST(CauseRules, SensorsOfOnePriorAreCorrelatedMoreThanInTime) {
+  Findings findings = findings_of(1.0, 1.3);
+  findings.sensor_pairs = {{"left", "right", {.values = 1000, .largest = 0.3, .p_value = 1e-9}}};
+  findings.whiteness = correlated_by(0.19);  // 1.5 · 0.19 < 0.3
+  findings.not_white = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::sequential_sensors});
+  findings.whiteness = correlated_by(-0.21);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+TEST(CauseRules, InflationIsNamedWhereItMakesPTooLarge) {
+  Findings findings = findings_of(0.4, 1.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  findings.inflated = true;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::inflation});
+  EXPECT_NE(find_causes(findings)[0].why.find("mean NEES 0.4 of 1"), std::string::npos);
+  findings = findings_of(1.5, 1.0);
+  findings.inflated = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// Outliers come at any time: forty in the first eight steps of forty, and none when NIS is right later, do
+// not.
+TEST(CauseRules, OutliersThatGatherAtTheStartAreTheStart) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(6, 8.0, 1.0), true);
+  findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+  const CoverageCount clean{.inside = 2000, .total = 2000};
+  findings.gross_outliers = {.all = 40, .early = 40, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.gross_outliers = {.all = 40, .early = 8, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.gross_outliers = {
+      .all = 44, .early = 40, .early_share = 0.2, .late = {.inside = 1996, .total = 2000}};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  // Three early ones of three may be chance (0.008), a first innovation that is wrong is not.
+  findings.gross_outliers = {.all = 3, .early = 3, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  std::vector<double> means = start_and_rest(6, 8.0, 1.0);
+  means[0] = 1.1;
+  findings.nis = verdict_of_means(means, true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  // NIS that stays too large is no start.
+  findings.nis = verdict_of_means(start_and_rest(6, 8.0, 3.0), true);
+  findings.gross_outliers = {.all = 40, .early = 40, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+}
+
+// P0 alone makes the first innovation; what only later ones show, the first corrections of a nonlinear filter
+// did.
+TEST(CauseRules, AFirstInnovationThatFitsClearsTheInitialCovarianceOfANonlinearFilter) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(6, 3.0, 1.0);
+  means[0] = 1.1;
+  findings.nis = verdict_of_means(means, true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::nonlinear_start});
+  means[0] = 3.0;
+  findings.nis = verdict_of_means(means, true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+// NIS from the fourth step on, of forty.
+ConsistencyVerdict nis_from_fourth_step(double first, double rest) {
+  std::vector<Moments> steps(40);
+  std::vector<double> dofs(40, 0.0);
+  for (std::size_t k = 3; k < 40; ++k) {
+    steps[k] = {.count = 100, .mean = k == 3 ? first : rest, .m2 = 1.0};
+    dofs[k] = 100.0;
+  }
+  return judge_nis(steps, dofs, 0.95);
+}
+
+// Of NEES of one dof: of a Gaussian error wrong by a factor, or of the square of one.
+Moments nees_of_100_runs(double mean, double variance) {
+  return {.count = 100, .mean = mean, .m2 = 99.0 * variance};
+}
+
+// P0 and Q alone make the errors before the first innovation, and what P0 made is forgotten later.
+TEST(CauseRules, ErrorsThatAreWrongBeforeTheFirstInnovationAreOfP0OrQ) {
+  Findings findings = findings_of(3.0, 1.0);
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.nonlinear = true;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  EXPECT_NE(find_causes(findings)[0].why.find("is 3 times its dof before the first innovation"),
+            std::string::npos);
+  findings.nees = verdict_of_means(std::vector<double>(40, 0.4), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+  findings.nees = verdict_of_means(start_and_rest(12, 3.0, 1.0), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  // No Gaussian error has a NEES of a variance beyond twice the square of its mean.
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 8.0 * 9.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::nonlinear_start});
+  findings.nonlinear = false;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+TEST(CauseRules, AFirstInnovationThatDoesNotFitAfterErrorsThatDoIsOfR) {
+  const auto with = [](double nis_first, double nis_rest) {
+    Findings findings = findings_of(1.0, 1.0);
+    findings.nees = verdict_of_means(start_and_rest(3, 1.0, 2.0), false);
+    findings.nis = nis_from_fourth_step(nis_first, nis_rest);
+    findings.nees_before_innovations = nees_of_100_runs(1.0, 2.0);
+    findings.nonlinear = true;
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with(3.0, 3.0), CauseList{Cause::measurement_noise_too_small});
+  EXPECT_EQ(with(0.3, 0.3), CauseList{Cause::measurement_noise_too_large});
+  // One that does not last is the linearisation of a start whose P0 fits.
+  EXPECT_EQ(with(3.0, 1.0), CauseList{Cause::nonlinear_start});
+}
+
+// What lasts cannot be told from the first innovation alone, nor from the errors before it.
+TEST(CauseRules, OneInnovationLateInARunSaysNothingOfWhatLasts) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<Moments> nis(40);
+  std::vector<double> dofs(40, 0.0);
+  nis[25] = {.count = 100, .mean = 3.0, .m2 = 1.0};
+  dofs[25] = 100.0;
+  findings.nis = judge_nis(nis, dofs, 0.95);
+  findings.nees = verdict_of_means(start_and_rest(26, 1.0, 2.0), false);
+  findings.nees_before_innovations = nees_of_100_runs(1.0, 2.0);
+  findings.nonlinear = true;
+  const auto is_told = [&](Cause cause) {
+    const CauseList causes = causes_of(findings);
+    return std::ranges::find(causes, cause) != causes.end();
+  };
+  EXPECT_FALSE(is_told(Cause::measurement_noise_too_small));
+  findings.nees = verdict_of_means(std::vector<double>(40, 3.0), false);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  EXPECT_FALSE(is_told(Cause::process_noise_too_small));
+}
+
+// A state that comes later, or in the one step before the first innovation, came with a measurement.
+TEST(CauseRules, StatesThatBeginWithAMeasurementAreNoDeadReckoning) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.nonlinear = true;
+  const auto is_of_Q = [&] { return causes_of(findings) == CauseList{Cause::process_noise_too_small}; };
+  std::vector<Moments> nees(40, Moments{.count = 100, .mean = 3.0, .m2 = 1.0});
+  std::vector<double> dofs(40, 100.0);
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  findings.nees = judge_nees(nees, dofs, 0.95);
+  ASSERT_TRUE(is_of_Q());
+  for (std::size_t k = 2; k < 40; ++k) {
+    nees[k].mean = 9.0;
+    dofs[k] = 300.0;
+  }
+  findings.nees = judge_nees(nees, dofs, 0.95);
+  EXPECT_FALSE(is_of_Q());
+  findings = findings_of(3.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.nonlinear = true;
+  nees.assign(40, Moments{.count = 100, .mean = 1.0, .m2 = 1.0});
+  dofs.assign(40, 100.0);
+  nees[0] = {};
+  dofs[0] = 0.0;
+  findings.nis = judge_nis(nees, dofs, 0.95);
+  EXPECT_FALSE(is_of_Q());
+}
+
+// Of 100 runs, with a standard deviation of one.
+Moments gain_of_100_runs(double mean) { return {.count = 100, .mean = mean, .m2 = 99.0}; }
+
+// Where the errors grow while no innovation comes, Q too small may have done it, and the linearisation of the
+// motion; where they jump at innovations, the linearisation of the sensor.
+TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nonlinear = true;
+  findings.nees = verdict_of_means(std::vector<double>(40, 1.5), false);
+  findings.growth_without_innovations = gain_of_100_runs(0.5);
+  findings.growth_with_innovations = gain_of_100_runs(-0.2);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+  findings.growth_without_innovations = gain_of_100_runs(0.2);  // two standard errors
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.growth_without_innovations = gain_of_100_runs(0.5);
+  findings.growth_with_innovations = gain_of_100_runs(0.5);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+}
+
+// A hundredth of NIS is nothing beside errors that are ten times too large; but a Q that innovations hardly
+// show makes as much.
+TEST(CauseRules, LinearisationMayMoveNisByLittle) {
+  Findings findings = findings_of(10.0, 1.0);
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.nis.mean = 1.02;
+  findings.nis.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+  findings.nis.verdict = Verdict::pessimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.nis.verdict = Verdict::optimistic;
+  findings.nees = verdict_of_means(std::vector<double>(40, 1.15), false);
+  findings.nees.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// Innovations are white: those of the first fifth add up to a test that no single step is.
+TEST(CauseRules, AStartMayBeClearInItsStepsTogetherOnly) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(8, 1.35, 1.0), true);
+  findings.nis.verdict = Verdict::optimistic;  // as of more runs
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nis = verdict_of_means(start_and_rest(8, 1.1, 1.0), true);
+  findings.nis.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// tr P⁻¹ P_P0 / n never grows: what a wrong P0 does is there at the first step, and most there, however long
+// it lasts where nothing is observed.
+TEST(CauseRules, AFirstStepThatIsWrongAndInnovationsThatFitLaterAreOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  const auto errors = [&](double first, double rest) {
+    findings.nees = verdict_of_means(start_and_rest(1, first, rest), false);
+    return causes_of(findings);
+  };
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::initial_covariance});
+  EXPECT_EQ(errors(0.2, 0.8), CauseList{Cause::initial_covariance});
+  EXPECT_EQ(errors(1.1, 1.6), CauseList{Cause::covariance_scale});
+  EXPECT_EQ(errors(2.2, 2.4), CauseList{Cause::covariance_scale});
+  findings.nonlinear = true;
+  EXPECT_EQ(errors(1.1, 1.6), CauseList{Cause::linearisation});
+  // The first correction may be at fault, unless it said little.
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::linearisation});
+  findings.measurement_noise_share = 0.9;
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::initial_covariance});
+  findings.measurement_noise_share.reset();
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::initial_covariance});
+  findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(1, 0.2, 1.0), true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+// Errors written in other axes than P fit until the vehicle has turned: no P0 does that.
+TEST(CauseRules, ErrorsThatFitAtTheFirstStepAndNotSoonAfterAreNotOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(8, 5.0, 1.0);
+  findings.nees = verdict_of_means(means, false);
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  means[0] = 1.0;
+  findings.nees = verdict_of_means(means, false);
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  EXPECT_NE(find_causes(findings)[0].why.find("the same axes, order and units"), std::string::npos);
+  findings.nis = verdict_of_means(std::vector<double>(40, 1.5), true);
+  for (const CauseFound& found : find_causes(findings)) EXPECT_EQ(found.why.find("axes"), std::string::npos);
+}
+
+// 0.21² = 0.044 is less than a twentieth of an excess of 2.6, so that the bias is not the cause; no noise
+// makes it either.
+TEST(CauseRules, AMeanBesideANoiseIsSaid) {
+  Findings findings = findings_of(3.6, 3.6);
+  findings.whiteness = correlated_by(0.6);
+  findings.not_white = true;
+  findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, 0.21), .p_value = 1e-9};
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  EXPECT_NE(find_causes(findings)[0].why.find("a mean of 0.21 standard deviations"), std::string::npos);
+  findings.innovation_mean->mean[0] = 0.05;
+  EXPECT_EQ(find_causes(findings)[0].why.find("a mean of"), std::string::npos);
+  findings.innovation_mean->mean[0] = 0.21;
+  findings.nonlinear = true;
+  EXPECT_EQ(find_causes(findings)[0].why.find("a mean of"), std::string::npos);
+}
+
+// Of a wrong gain all lags have one sign where they fade slowly.
+TEST(CauseRules, LagsTooSmallOneByOneTellTheGainTogether) {
+  Findings findings = findings_of(1.0, 1.3);
+  findings.whiteness =
+      WhitenessTest{.autocorrelation = std::vector<double>(20, 0.03), .band = std::vector<double>(20, 0.05)};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.whiteness->autocorrelation.assign(20, -0.03);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+  findings.whiteness->autocorrelation.assign(20, 0.01);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  // NIS of the right size tells no sign, NEES does; of a nonlinear filter one that is too small.
+  findings = findings_of(0.5, 1.0);
+  findings.whiteness = correlated_by(-0.05);
+  findings.whiteness->band = {0.02};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+  findings.nees = verdict_of_means(std::vector<double>(40, 2.0), false);
+  findings.whiteness->autocorrelation = {0.3};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+  findings.whiteness->autocorrelation = {0.05};  // a twentieth of what the errors have in excess
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+}
+
+// S of the first innovation that is mostly R is wrong for R, however its errors colour what follows.
+TEST(CauseRules, AFirstInnovationThatIsMostlyOfRTellsRIfItLasts) {
+  Findings findings = findings_of(3.0, 2.0);
+  findings.whiteness = correlated_by(0.1);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.measurement_noise_share = 0.9;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+// S = ρ R + (1 − ρ) H P Hᵀ: 1.28 of it, ρ = 0.85, may as well be a P that is wrong by 2.9, and lags tell Q.
+// Less than ρ of it no P makes.
+TEST(CauseRules, AFirstInnovationThatPCanMakeIsNotOfR) {
+  Findings findings = findings_of(1.5, 1.28);
+  findings.nis = verdict_of_means(std::vector<double>(40, 1.7), true);
+  findings.whiteness = correlated_by(0.1);
+  findings.measurement_noise_share = 0.85;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.measurement_noise_share = 0.95;  // by 15
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+  findings = findings_of(0.5, 0.6);
+  findings.whiteness = correlated_by(-0.1);
+  findings.measurement_noise_share = 0.85;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_large});
+}
+
+// Where q = r nothing is correlated, and both are named.
+TEST(CauseRules, WhiteInnovationsOfTheWrongSizeAreOfQOrR) {
+  Findings findings = findings_of(2.5, 2.5);
+  findings.whiteness = correlated_by(0.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  findings.measurement_noise_share = 0.81;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+// A gate of 95 % in a filter that is right but for it: what lies beyond is logged and not used.
+TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
+  Findings findings = findings_of(1.5, 1.4);
+  findings.whiteness = correlated_by(0.2);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.rejection = GateRejection{.expected = 0.05, .share = 0.12, .p_value = 1e-9};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
+  findings.rejection->p_value = 0.004;  // 0.05/15 = 0.0033
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.rejection->p_value = 1e-9;
+  findings.rejection->share = 0.21;  // beyond 0.05 (1.5 + 50 · 0.05): the gate meets another cause
+  EXPECT_EQ(causes_of(findings), (CauseList{Cause::process_noise_too_small, Cause::gated_innovations}));
+  findings.rejection->share = 0.04;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  Findings large_P = findings_of(0.6, 0.6);  // which no gate makes
+  large_P.whiteness = correlated_by(0.2);
+  large_P.rejection = GateRejection{.expected = 0.05, .share = 0.06, .p_value = 1e-9};
+  EXPECT_EQ(causes_of(large_P), CauseList{Cause::measurement_noise_too_large});
+  large_P.nees = large_P.nis = findings_of(1.0, 1.0).nees;
+  EXPECT_TRUE(causes_of(large_P).empty());
+}
+
+TEST(CauseRules, WhatIsLeftSaysWhichTestItLacks) {
+  Findings findings = findings_of(2.0, 1.0);
+  EXPECT_EQ(find_causes(findings)[0].why.find("not tested"), std::string::npos);
+  findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "more than 24 states"};
+  for (const bool nonlinear : {false, true}) {
+    findings.nonlinear = nonlinear;
+    EXPECT_NE(
+        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: more than 24 states"),
+        std::string::npos);
+  }
+}
+
+// NIS forgets P0 even where NEES, of what is hardly observed, has not yet.
+TEST(CauseRules, ErrorsThatNisForgetsAreOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nees = verdict_of_means(start_and_rest(12, 4.0, 3.0), false);
+  findings.nees_before_innovations = nees_of_100_runs(4.0, 2.0 * 16.0);
+  findings.nis = nis_from_fourth_step(3.0, 1.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_process_noise});
+  findings.nees = verdict_of_means(start_and_rest(12, 4.0, 3.5), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.nonlinear = true;
+  findings.growth_before_innovations = gain_of_100_runs(0.5);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+}
+
+// Errors of a nonlinear filter that are no larger than they should be are not to be explained by their mean.
+TEST(CauseRules, AMeanOfErrorsThatAreTooSmallIsNoBiasOfANonlinearFilter) {
+  Findings findings = findings_of(0.6, 1.0);
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.3), .p_value = 1e-9}, .state = "x"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// A start whose first innovation fits is not that of P0, and noise that lasts comes first.
+TEST(CauseRules, NoiseThatLastsComesBeforeAStartThatIsNotLinear) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(3, 3.0, 0.6);
+  means[0] = 1.1;
+  findings.nis = verdict_of_means(means, true);
+  findings.whiteness = correlated_by(0.2);
+  findings.nonlinear = true;
+  ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
+  EXPECT_EQ(causes_of(findings), (CauseList{Cause::measurement_noise_too_large, Cause::nonlinear_start}));
+  findings.inflated = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::inflation});
+}
+
+// Innovations of the right size whose whiteness could not be tested are not known to be as they should be.
+TEST(CauseRules, LinearisationIsNotNamedWhereWhitenessCouldNotBeTested) {
+  Findings findings = findings_of(2.0, 1.0);
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.whiteness = WhitenessTest{.reason = "no two successive values"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+TEST(CauseRules, AWrongStartAndAWrongNoiseAreBothNamed) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(3, 0.2, 1.5), true);
+  findings.nis.step_stride = 4;
+  findings.whiteness = correlated_by(0.2);
+  findings.not_white = true;
+  ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
+  EXPECT_EQ(causes_of(findings), (CauseList{Cause::initial_covariance, Cause::process_noise_too_small}));
+  EXPECT_EQ(find_causes(findings)[0].why, "NIS is pessimistic in steps 1 to 9 only, and optimistic later");
+  findings.nis = verdict_of_means(start_and_rest(1, 0.2, 1.5), true);
+  EXPECT_EQ(find_causes(findings)[0].why, "NIS is pessimistic in step 1 only, and optimistic later");
+  // A start that lasts beyond the first fifth is none.
+  findings.nis = verdict_of_means(start_and_rest(9, 0.2, 1.5), true);
+  ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  // One that dies out is the whole cause.
+  findings.nis = verdict_of_means(start_and_rest(3, 3.0, 1.0), true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+TEST(CauseRules, ACutOffThatNoFactorMakesIsAGateAndNoWrongR) {
+  Findings findings = findings_of(1.0, 0.5);
+  ASSERT_EQ(causes_of(findings).size(), 1U);
+  EXPECT_NE(causes_of(findings)[0], Cause::gated_innovations);
+  findings.cut_off = Findings::CutOff{.nis = 3.0, .expected = 150.0};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
+}
+
+TEST(CauseRules, WhereNeesFitsAnotherSMayHaveBeenWritten) {
+  const auto why = [](double nees, double nis) { return find_causes(findings_of(nees, nis)).at(0).why; };
+  EXPECT_NE(why(1.0, 2.0).find("NEES fits, so look whether ν and S are those that the filter uses"),
+            std::string::npos)
+      << why(1.0, 2.0);
+  EXPECT_EQ(why(2.0, 2.0).find("NEES fits"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace credence::internal

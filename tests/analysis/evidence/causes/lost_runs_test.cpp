@@ -1,0 +1,91 @@
+#include "analysis/evidence/causes/lost_runs.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace credence::internal {
+namespace {
+
+/// NEES over dof of consistent runs whose errors are correlated by `memory` from row to row.
+std::vector<std::vector<double>> consistent_runs(std::size_t runs, std::size_t rows, int dof, double memory,
+                                                 unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<double>> nees(runs, std::vector<double>(rows));
+  for (std::vector<double>& run : nees) {
+    std::vector<double> error(static_cast<std::size_t>(dof));
+    for (double& e : error) e = normal(random);
+    for (double& value : run) {
+      value = 0.0;
+      for (double& e : error) {
+        e = memory * e + std::sqrt(1.0 - memory * memory) * normal(random);
+        value += e * e / dof;
+      }
+    }
+  }
+  return nees;
+}
+
+TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
+  auto nees = consistent_runs(20, 100, 3, 0.9, 1);
+  for (std::size_t k = 50; k < 100; ++k) nees[7][k] += 60.0;
+  const LostRuns lost = find_lost_runs(nees, 3.0);
+  ASSERT_EQ(lost.runs.size(), 1U);
+  EXPECT_EQ(lost.runs[0].run, 7);
+  EXPECT_EQ(lost.runs[0].row, 51);
+  EXPECT_NEAR(lost.runs[0].factor, 31.0, 1.0);
+  EXPECT_EQ(lost.others, 19);
+  EXPECT_NEAR(lost.factor_of_others, 1.0, 0.3);
+  EXPECT_TRUE(lost.others_are_right());
+  EXPECT_EQ(names_of(lost), "run 7 of 20");
+}
+
+TEST(LostRuns, OfConsistentRunsNoneIsLost) {
+  for (unsigned seed = 1; seed <= 400; ++seed) {
+    const double memory = seed % 2 == 0 ? 0.0 : 0.99;
+    EXPECT_TRUE(find_lost_runs(consistent_runs(20, 60, 1 + static_cast<int>(seed % 3), memory, seed), 1.0)
+                    .runs.empty())
+        << seed;
+  }
+}
+
+TEST(LostRuns, ManyAreTheFilterAndNotTheRuns) {
+  auto nees = consistent_runs(20, 100, 3, 0.0, 2);
+  for (std::size_t run = 0; run < 5; ++run)
+    for (double& value : nees[run]) value *= 40.0;
+  EXPECT_EQ(find_lost_runs(nees, 3.0).runs.size(), 5U);
+  EXPECT_EQ(names_of(find_lost_runs(nees, 3.0)), "runs 0, 1, 2, 3, 4 of 20");
+  for (double& value : nees[5]) value *= 40.0;
+  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty()) << "more than a quarter";
+}
+
+TEST(LostRuns, OthersThatAreWrongTooAreNoBackground) {
+  auto nees = consistent_runs(20, 100, 3, 0.0, 3);
+  for (double& value : nees[4]) value *= 40.0;
+  for (auto& run : nees)
+    for (double& value : run) value *= 1.7;
+  EXPECT_EQ(find_lost_runs(nees, 3.0).runs.size(), 1U);
+  for (auto& run : nees)
+    for (double& value : run) value *= 1.3;
+  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty());
+}
+
+TEST(LostRuns, AFewOutliersAreNoLostRun) {
+  auto nees = consistent_runs(20, 100, 3, 0.0, 4);
+  for (std::size_t k = 0; k < 9; ++k) nees[4][10 * k] = 500.0;
+  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty());
+  nees[4][95] = 500.0;
+  EXPECT_EQ(find_lost_runs(nees, 3.0).runs.size(), 1U);
+}
+
+TEST(LostRuns, FewerThanFiveRunsTellNothing) {
+  auto nees = consistent_runs(4, 100, 3, 0.0, 5);
+  for (double& value : nees[1]) value *= 40.0;
+  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty());
+  EXPECT_TRUE(find_lost_runs({}, 3.0).runs.empty());
+}
+
+}  // namespace
+}  // namespace credence::internal

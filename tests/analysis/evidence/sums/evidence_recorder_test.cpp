@@ -1,0 +1,126 @@
+#include "analysis/evidence/sums/evidence_recorder.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+#include "analysis/evidence/sums/step_series.h"
+#include "analysis/evidence/verdicts/judgement.h"
+
+namespace credence::internal {
+namespace {
+
+RunLayout one_state() {
+  RunLayout layout{.states = {"x"}, .angles = {false}};
+  add_named_blocks(layout);
+  return layout;
+}
+
+/// A run of so many steps whose NEES at step k is k.
+void play_counting(EvidenceRecorder& recorder, std::int64_t steps) {
+  recorder.begin_run();
+  Step step;
+  step.states = {0};
+  step.P = Matrix::Identity(1, 1);
+  for (step.step = 1; step.step <= steps; ++step.step) {
+    step.error = Vector::Constant(1, std::sqrt(static_cast<double>(step.step)));
+    recorder.add(step);
+  }
+}
+
+TEST(EvidenceRecorder, OfVeryLongRunsEveryFewStepsAreLookedAt) {
+  EvidenceRecorder longer(one_state()), shorter(one_state());
+  play_counting(longer, 2 * kMostSteps + 5);
+  play_counting(shorter, 100);
+  Evidence evidence = longer.take();
+  EXPECT_EQ(evidence.step_stride, 4);
+  EXPECT_EQ(std::ssize(evidence.study.steps), kMostSteps / 2 + 2);
+  EXPECT_EQ(evidence.rows, 2 * kMostSteps + 5);
+  EXPECT_EQ(evidence.whole_runs.nees_values.count, evidence.rows);  // averages are of all
+  for (const std::size_t k : {0U, 1U, 24U, 65537U}) {
+    EXPECT_NEAR(evidence.study.steps[k][Quantity::nees].mean, 1.0 + 4.0 * static_cast<double>(k), 1e-9);
+  }
+  evidence.merge(shorter.take());
+  EXPECT_EQ(evidence.step_stride, 4);
+  EXPECT_EQ(evidence.study.steps[24][Quantity::nees].count, 2);  // step 97
+  EXPECT_EQ(evidence.study.steps[25][Quantity::nees].count, 1);
+  const Judgement judgement = judge(evidence);
+  EXPECT_EQ(judgement.nees.step_stride, 4);
+  EXPECT_EQ(judgement.nees.step_of(25), 97);
+}
+
+TEST(EvidenceRecorder, RunsOfUsualLengthKeepEveryStep) {
+  EvidenceRecorder recorder(one_state());
+  play_counting(recorder, 100);
+  const Evidence evidence = recorder.take();
+  EXPECT_EQ(evidence.step_stride, 1);
+  EXPECT_EQ(evidence.study.steps.size(), 100U);
+}
+
+/// NIS of one number in units of `resolution`, 0: as it is.
+Judgement innovations_in_steps(double resolution) {
+  RunLayout layout{.sensors = {{.name = "s", .dim = 1, .piece = 1}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 10; ++run) {
+    recorder.begin_run();
+    for (int k = 0; k < 200; ++k) {
+      double nu = normal(random);
+      if (resolution > 0.0) nu = resolution * std::round(nu / resolution);
+      Step step;
+      step.step = k + 1;
+      step.innovations = {{Vector::Constant(1, nu), Matrix::Identity(1, 1)}};
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take());
+}
+
+/// Correlated innovations, one every so many steps, of which some are missed.
+WhitenessTest whiteness_of_a_sensor_every(int interval) {
+  RunLayout layout{.sensors = {{.name = "s", .dim = 1, .piece = 1}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 10; ++run) {
+    recorder.begin_run();
+    double nu = normal(random);
+    for (int k = 1; k <= 200 * interval; ++k) {
+      Step step;
+      step.step = k;
+      step.innovations = {{Vector(0), Matrix(0, 0)}};
+      if (k % interval == 0) {
+        nu = 0.5 * nu + std::sqrt(0.75) * normal(random);
+        if (k / interval % 7 != 0) step.innovations = {{Vector::Constant(1, nu), Matrix::Identity(1, 1)}};
+      }
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take()).sensors.at(0).whiteness;
+}
+
+TEST(EvidenceRecorder, ASensorThatIsSlowerThanTheFilterHasSuccessiveInnovationsToo) {
+  const WhitenessTest each = whiteness_of_a_sensor_every(1), tenth = whiteness_of_a_sensor_every(10);
+  EXPECT_EQ(tenth.reason, "");
+  EXPECT_EQ(tenth.autocorrelation, each.autocorrelation);
+  EXPECT_EQ(tenth.p_value, each.p_value);
+  EXPECT_NEAR(tenth.autocorrelation.at(0), 0.5, 0.15);  // five standard errors of 1,200 pairs
+}
+
+TEST(EvidenceRecorder, TheLawOfRoundedInnovationsIsNotTested) {
+  const GoodnessOfFit rounded = innovations_in_steps(0.05).sensors.at(0).fit;
+  EXPECT_TRUE(rounded.reason.starts_with("not tested")) << rounded.reason;
+  EXPECT_TRUE(std::isnan(rounded.anderson_p_value));
+  for (const double fine : {0.0, 1e-5}) {
+    const GoodnessOfFit fit = innovations_in_steps(fine).sensors.at(0).fit;
+    EXPECT_TRUE(fit.reason.empty()) << fit.reason;
+    EXPECT_GT(fit.kolmogorov_p_value, 1e-4);
+  }
+}
+
+}  // namespace
+}  // namespace credence::internal

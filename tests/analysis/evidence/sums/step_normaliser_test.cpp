@@ -1,0 +1,256 @@
+#include "analysis/evidence/sums/step_normaliser.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/nan.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/worlds/registry.h"
+#include "tests/paths.h"
+
+namespace credence::internal {
+namespace {
+
+using Places = std::vector<Index>;
+
+// A pose in the plane with its parts, and two landmarks.
+RunLayout layout_of_plane() {
+  return {.states = {"x", "y", "h", "f1x", "f1y", "f2x", "f2y"},
+          .angles = {false, false, true, false, false, false, false},
+          .blocks = {{"pose", Part::pose, {0, 1, 2}},
+                     {"position", Part::position, {0, 1}},
+                     {"heading", Part::heading, {2}},
+                     {"landmark 1", Part::landmark, {3, 4}},
+                     {"landmark 2", Part::landmark, {5, 6}}}};
+}
+
+RunLayout layout_of_two_blocks() {
+  return {.states = {"a", "b", "c"},
+          .angles = {false, false, false},
+          .blocks = {{"first", Part::other, {0, 1}}, {"second", Part::other, {2}}},
+          .sensors = {{.name = "", .dim = 2, .piece = 2, .variances = {1.0, 2.0}}}};
+}
+
+// eᵀ P⁻¹ e = 4/3 of the first two states, (e₁² − e₁ e₂ + e₂²)/(3/4) of (1, 1); 16/4 of the third.
+Step step_of_two_blocks() {
+  Step step{.step = 1, .states = {0, 1, 2}, .error = Vector{{1.0, 1.0, 4.0}}};
+  step.P = Matrix{{1.0, 0.5, 0.0}, {0.5, 1.0, 0.0}, {0.0, 0.0, 4.0}};
+  step.innovations.resize(1);
+  return step;
+}
+
+TEST(StepPlaces, AreThoseOfTheStatesThatAStepHas) {
+  const RunLayout layout = layout_of_plane();
+  StepPlaces places;
+  places.find({0, 1, 2, 5, 6}, layout);
+  EXPECT_EQ(places.of_block, (std::vector<Places>{{0, 1, 2}, {0, 1}, {2}, {}, {3, 4}}));
+  EXPECT_EQ(places.angles, Places{2});
+  places.find({1, 2, 3}, layout);
+  EXPECT_EQ(places.of_block, (std::vector<Places>{{0, 1}, {0}, {1}, {2}, {}}));
+  EXPECT_EQ(places.angles, Places{1});
+  EXPECT_EQ(position_block(layout), 1);
+  EXPECT_TRUE(has_planar_map(layout));
+  RunLayout blind = layout;
+  blind.has_truth = false;
+  EXPECT_EQ(position_block(blind), -1);
+  EXPECT_FALSE(has_planar_map(blind));
+  EXPECT_EQ(position_block(layout_of_two_blocks()), -1);
+}
+
+TEST(StepNormaliser, HasTheNumbersOfTheMatricesByHand) {
+  const RunLayout layout = layout_of_two_blocks();
+  Step step = step_of_two_blocks();
+  // ν = (2, 1) of S = [4 2; 2 5], det 16: (5·4 − 2·2·2 + 4)/16 = 1; tr(S⁻¹ diag(1, 2))/2 = (5 + 8)/32.
+  step.innovations[0] = {Vector{{2.0, 1.0}}, Matrix{{4.0, 2.0}, {2.0, 5.0}}};
+  StepPlaces places;
+  places.find(step.states, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
+  EXPECT_EQ(result.whole.dof, 3);
+  EXPECT_NEAR(result.whole.whitened.squaredNorm(), result.whole.value, 1e-14);
+  EXPECT_NEAR(result.log_determinant, std::log(0.75 * 4.0), 1e-14);
+  ASSERT_EQ(result.blocks.size(), 2U);
+  EXPECT_NEAR(result.blocks[0].value, 4.0 / 3.0, 1e-14);
+  EXPECT_EQ(result.blocks[0].dof, 2);
+  EXPECT_EQ(result.blocks[1].value, 4.0);
+  EXPECT_EQ(result.blocks[1].dof, 1);
+  EXPECT_EQ(result.first.P, step.P.topLeftCorner(2, 2));
+  EXPECT_NEAR(result.first_whitened[1], 0.5 / std::sqrt(0.75), 1e-14);
+  EXPECT_NEAR(result.innovations[0].value, 1.0, 1e-14);
+  EXPECT_NEAR(result.innovations[0].noise_share, 13.0 / 32.0, 1e-14);
+  EXPECT_EQ(result.variance, Vector(step.P.diagonal()));
+
+  // tr(S⁻¹ R)/m with S⁻¹ = [5 −2; −2 4]/16: an R of the step comes before that of the layout.
+  Matrix& R = step.innovations[0].R;
+  R = Vector{{2.0, 0.5}}.asDiagonal();
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.innovations[0].noise_share, 12.0 / 32.0, 1e-14);
+  R = Matrix{{2.0, 0.5}, {0.5, 0.5}};
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.innovations[0].noise_share, 10.0 / 32.0, 1e-14);
+
+  // A silent sensor and a step without states leave nothing behind.
+  step = {.step = 2};
+  step.innovations.resize(1);
+  places.find(step.states, layout);
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_EQ(result.whole.dof, -1);
+  EXPECT_EQ(result.blocks[1].dof, -1);
+  EXPECT_EQ(result.innovations[0].dof, -1);
+  EXPECT_TRUE(std::isnan(result.innovations[0].noise_share));
+  EXPECT_TRUE(std::isnan(result.log_determinant));
+}
+
+TEST(StepNormaliser, WithoutAJointCovarianceTheBlocksAddUp) {
+  RunLayout layout = layout_of_two_blocks();
+  layout.joint_covariance = false;
+  Step step = step_of_two_blocks();
+  step.P(0, 2) = step.P(2, 0) = kNaN;  // between the blocks: not known
+  StepPlaces places;
+  places.find(step.states, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
+  EXPECT_EQ(result.whole.dof, 3);
+  EXPECT_TRUE(std::isnan(result.log_determinant));
+  // A state that is known exactly is no degree of freedom.
+  step.error[2] = 0.0;
+  step.P(2, 2) = 0.0;
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.whole.value, 4.0 / 3.0, 1e-14);
+  EXPECT_EQ(result.whole.dof, 2);
+  EXPECT_EQ(result.blocks[1].dof, 0);
+}
+
+TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
+  const RunLayout layout = layout_of_two_blocks();
+  StepPlaces places;
+  places.find({0, 1, 2}, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  Step step = step_of_two_blocks();
+  step.P(2, 2) = 0.0;
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
+            "an error where the covariance claims certainty");
+  step = step_of_two_blocks();
+  step.error[2] = 1e200;
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "an error too large to be squared");
+  step = step_of_two_blocks();
+  step.P(0, 1) = step.P(1, 0) = 2.0;
+  EXPECT_NE(normaliser.normalise(step, layout, places, result), "");
+  step = step_of_two_blocks();
+  step.innovations[0] = {Vector{{1.0}}, Matrix{{-1.0}}};
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
+            "S of an innovation is not positive semidefinite");
+  EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
+}
+
+// As in a log of a vehicle that starts certain and drives along y: in x it claims a σ of 1e-18 at a place of
+// 9.5, where neighbouring numbers are 2e-15 apart, and all of it correlated with y.
+TEST(StepNormaliser, WhatIsBelowTheRoundingOfTheEstimateIsCertain) {
+  const RunLayout layout = layout_of_two_blocks();
+  Step step{.step = 1, .states = {0, 1, 2}, .error = Vector{{0.0, 0.5, 0.0}}};
+  step.P = Vector{{1e-36, 1.0, 4.0}}.asDiagonal();
+  step.P(0, 1) = step.P(1, 0) = 1e-18;
+  StepPlaces places;
+  places.find(step.states, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
+            "an error where the covariance claims certainty");
+  step.estimate = Vector{{9.5, 1.0, 1.0}};
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.whole.value, 0.25, 1e-14);
+  EXPECT_EQ(result.whole.dof, 2);
+  step.error[0] = 1e-12;  // more than rounding
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
+            "an error where the covariance claims certainty");
+}
+
+// The benchmark starts exactly and along y: after a step σ of x is 6e-19 at a place of 9.5, so that the
+// covariances with all landmarks are rounding, too.
+TEST(StepNormaliser, ARunCountsTheSameStatesAsCertain) {
+  for (const char* estimator : {"ekf", "ukf"}) {
+    const std::vector<std::string> overrides = {"study.steps=4",
+                                                "filter.estimator=" + std::string(estimator)};
+    const auto experiment =
+        make_experiment(load_scenario(source_folder() / "scenarios/ukfm_slam2d.toml", overrides));
+    StepPlaces places;
+    StepNormaliser normaliser;
+    NormalisedStep result;
+    for (std::int64_t run = 0; run < 3; ++run) {
+      Index least = 99;
+      const RunTrace trace = experiment->trace(run);
+      for (const TraceStep& step : trace.steps) {
+        if (step.step == 0) continue;
+        places.find(step.states, experiment->layout());
+        ASSERT_EQ(normaliser.normalise(step, experiment->layout(), places, result), "")
+            << estimator << ' ' << step.step;
+        EXPECT_EQ(step.nees_dof, result.whole.dof) << estimator << ' ' << step.step;
+        EXPECT_NEAR(step.nees, result.whole.value, 1e-6 * (1.0 + step.nees)) << estimator << ' ' << step.step;
+        least = std::min(least, step.nees_dof - (std::ssize(step.states) - 3));
+      }
+      EXPECT_LT(least, 3) << "none was certain";
+    }
+  }
+}
+
+TEST(StepNormaliser, LooksAtThePoseAndEachLandmarkInItsTurn) {
+  const RunLayout layout = layout_of_plane();
+  Step step{.step = 2, .states = {0, 1, 2, 3, 4, 5, 6}, .error = Vector::LinSpaced(7, 1.0, 7.0)};
+  step.estimate = Vector::LinSpaced(7, 11.0, 17.0);
+  step.P = Vector::LinSpaced(7, 1.0, 7.0).asDiagonal();
+  StepPlaces places;
+  places.find(step.states, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_EQ(result.moving.places, (Places{0, 1, 2, 3, 4}));
+  EXPECT_EQ(result.position.error, (Vector{{1.0, 2.0}}));
+  step.step = 3;
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_EQ(result.moving.places, (Places{0, 1, 2, 5, 6}));
+  EXPECT_EQ(result.moving.error, (Vector{{1.0, 2.0, 3.0, 6.0, 7.0}}));
+  EXPECT_EQ(result.moving.P.diagonal(), (Vector{{1.0, 2.0, 3.0, 6.0, 7.0}}));
+  EXPECT_EQ(result.estimate, step.estimate);
+  step.estimate.resize(0);  // no motion is known
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_TRUE(result.moving.places.empty());
+  EXPECT_EQ(result.estimate.size(), 0);
+}
+
+// Of an inertial filter of 21 states, six of which are estimates, these; of one of 25 estimates none.
+TEST(StepNormaliser, LooksAtTheStatesWhoseEstimatesAreKnown) {
+  const auto moving_of = [](Index states, Index estimates) {
+    RunLayout layout;
+    Step step{.step = 1, .error = Vector::LinSpaced(states, 1.0, 2.0)};
+    step.estimate = Vector::Constant(states, kNaN);
+    step.estimate.tail(estimates).setOnes();
+    step.P = Matrix::Identity(states, states);
+    for (Index i = 0; i < states; ++i) {
+      layout.states.push_back("x" + std::to_string(i));
+      step.states.push_back(i);
+    }
+    layout.angles.assign(layout.states.size(), false);
+    StepPlaces places;
+    places.find(step.states, layout);
+    StepNormaliser normaliser;
+    NormalisedStep result;
+    EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
+    EXPECT_EQ(result.moving.error, step.error(result.moving.places));
+    return result.moving.places;
+  };
+  EXPECT_EQ(moving_of(21, 6), (Places{15, 16, 17, 18, 19, 20}));
+  EXPECT_EQ(moving_of(24, 24).size(), 24U);
+  EXPECT_TRUE(moving_of(25, 25).empty());
+  EXPECT_TRUE(moving_of(3, 0).empty());
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,105 @@
+#include "analysis/evidence/verdicts/word.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+/// A verdict of 100 steps that says this of each direction.
+ConsistencyVerdict says(double optimistic, double pessimistic) {
+  ConsistencyVerdict v;
+  v.confidence = 0.95;
+  v.optimistic_p_value = optimistic;
+  v.pessimistic_p_value = pessimistic;
+  v.p_value = std::min(optimistic, pessimistic);
+  v.verdict = v.p_value > 0.05                            ? Verdict::consistent
+              : optimistic <= 0.05 && pessimistic <= 0.05 ? Verdict::mixed
+              : optimistic <= 0.05                        ? Verdict::optimistic
+                                                          : Verdict::pessimistic;
+  v.count = v.steps_tested = 100;
+  v.steps.resize(100);
+  return v;
+}
+
+ConsistencyVerdict no_data() {
+  ConsistencyVerdict v = says(kNaN, kNaN);
+  v.verdict = Verdict::undecided;
+  v.count = v.steps_tested = 0;
+  return v;
+}
+
+Word word_of(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
+             std::span<const BlockVerdict> blocks, double confidence) {
+  return join_verdicts(word_parts(nees, nis, blocks), confidence);
+}
+
+TEST(Word, IsConsistentWhereNothingSpeaks) {
+  const Word word = word_of(says(0.3, 0.9), says(0.6, 0.5), {}, 0.95);
+  EXPECT_EQ(word.verdict, Verdict::consistent);
+  EXPECT_EQ(word.says, "");
+}
+
+TEST(Word, OfOneStepNothingIsSaidOfWhen) {
+  ConsistencyVerdict one = says(1e-9, 1.0);
+  one.count = one.steps_tested = 1;
+  one.steps.resize(1);
+  EXPECT_EQ(word_of(one, says(1.0, 1.0), {}, 0.95).says, "optimistic in NEES");
+}
+
+TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {
+  // NEES has two thirds where there is no block: 0.02 / (2/3) = 0.03; NIS one third: 0.02 · 3 = 0.06.
+  EXPECT_NEAR(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).p_value, 0.03, 1e-12);
+  EXPECT_NEAR(word_of(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).p_value, 0.06, 1e-12);
+  EXPECT_EQ(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).verdict, Verdict::optimistic);
+  EXPECT_EQ(word_of(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).verdict, Verdict::consistent);
+}
+
+TEST(Word, TellsWhetherItIsOfSAlone) {
+  EXPECT_TRUE(word_of(says(1.0, 1.0), says(1.0, 1e-6), {}, 0.95).of_S_alone);
+  EXPECT_FALSE(word_of(says(1.0, 1e-6), says(1.0, 1e-6), {}, 0.95).of_S_alone);
+  EXPECT_FALSE(word_of(says(1.0, 1.0), says(1.0, 1.0), {}, 0.95).of_S_alone);
+  const std::vector<BlockVerdict> blocks = {{"map", says(1.0, 1e-12)}};
+  EXPECT_FALSE(word_of(says(1.0, 1.0), says(1.0, 1e-6), blocks, 0.95).of_S_alone);
+}
+
+TEST(Word, WithoutTruthNisHasTheWholeLevel) {
+  const Word word = word_of(no_data(), says(1.0, 0.04), {}, 0.95);
+  EXPECT_EQ(word.verdict, Verdict::pessimistic);
+  EXPECT_NEAR(word.p_value, 0.04, 1e-12);
+  EXPECT_TRUE(std::isnan(word.joined[0].p_value));
+  EXPECT_EQ(word_of(no_data(), no_data(), {}, 0.95).verdict, Verdict::undecided);
+}
+
+TEST(Word, ABlockThatIsOptimisticIsNeverCalledPessimistic) {
+  ConsistencyVerdict heading = says(1e-9, 1.0);
+  heading.optimistic_steps = {.first = 40, .last = 100, .count = 50};
+  const std::vector<BlockVerdict> blocks = {{"heading", heading}, {"map", says(1.0, 1e-12)}};
+  const Word word = word_of(says(1.0, 1e-9), says(1.0, 1e-9), blocks, 0.95);
+  EXPECT_EQ(word.verdict, Verdict::mixed);
+  EXPECT_EQ(word.says, "optimistic in heading from step 40 on; pessimistic in map on average over the steps");
+}
+
+TEST(Word, SaysWhen) {
+  ConsistencyVerdict v = says(0.001, 1.0);
+  v.decided_by_steps = true;
+  v.optimistic_steps = {.first = 11, .last = 11, .count = 1};
+  EXPECT_EQ(when_text(v, Verdict::optimistic), "at step 11");
+  v.optimistic_steps = {.first = 1, .last = 3, .count = 3};
+  EXPECT_EQ(when_text(v, Verdict::optimistic), "in steps 1 to 3");
+  v.optimistic_steps = {.first = 1, .last = 100, .count = 90};
+  EXPECT_EQ(when_text(v, Verdict::optimistic), "throughout");
+}
+
+TEST(Word, AnUndecidedPartLeavesItUndecidedUnlessAnotherRejects) {
+  ConsistencyVerdict open = says(0.3, 0.9);
+  open.verdict = Verdict::undecided;
+  EXPECT_EQ(word_of(open, says(0.5, 0.6), {}, 0.95).verdict, Verdict::undecided);
+  EXPECT_EQ(word_of(open, says(1e-6, 1.0), {}, 0.95).verdict, Verdict::optimistic);
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,136 @@
+#include "analysis/laws/correlation/lateness.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "core/linear_algebra/cholesky.h"
+
+namespace credence::internal {
+namespace {
+
+/// A target of nearly constant velocity on a line and its Kalman filter, which is exact but for what is
+/// asked.
+struct Target {
+  int delay = 0;        ///< steps
+  double bias = 0.0;    ///< of the measurements
+  double speed = 0.0;   ///< at the start, beside its law
+  double spread = 1.0;  ///< standard deviation of the speed at the start
+  double Q_scale = 1.0;
+  int steps = 60;
+
+  RunLateness run(std::mt19937_64& generator) const {
+    std::normal_distribution<double> normal;
+    const Matrix F{{1.0, 1.0}, {0.0, 1.0}}, unit{{1.0 / 3.0, 0.5}, {0.5, 1.0}};
+    const double q = 0.01, r = 1.0;
+    const Matrix L = Eigen::LLT<Matrix>(q * unit).matrixL();
+    const auto noise = [&] { return Vector{{normal(generator), normal(generator)}}; };
+    const Vector mean{{0.0, speed}}, initial{{1.0, spread}};
+    Vector x = mean + initial.cwiseProduct(noise()), estimate = mean;
+    Matrix P = initial.cwiseAbs2().asDiagonal();
+    std::deque<double> line;
+    RunLateness sums;
+    for (int k = 0; k < steps; ++k) {
+      x = F * x + L * noise();
+      const Vector last = estimate;
+      estimate = F * estimate;
+      P = F * P * F.transpose() + Q_scale * q * unit;
+      line.push_back(x[0] + bias + std::sqrt(r) * normal(generator));
+      if (std::ssize(line) > delay) {
+        const double S = P(0, 0) + r;
+        const Vector K = P.col(0) / S;
+        estimate += K * (line.front() - estimate[0]);
+        P = (P - S * K * K.transpose()).eval();
+        line.pop_front();
+      }
+      if (k > 0) sums.add(estimate - x, estimate - last, P);
+    }
+    return sums;
+  }
+
+  LatenessTest study(int runs, std::mt19937_64& generator) const {
+    VectorMoments sums;
+    for (int i = 0; i < runs; ++i) run(generator).add_to(sums);
+    return test_lateness(sums);
+  }
+};
+
+// 1,500 studies of an exact filter: a p-value below α as often as α, by five standard errors.
+TEST(Lateness, AnExactFilterIsCalledLateAsOftenAsTheLevelSays) {
+  constexpr int kStudies = 1500;
+  for (const int runs : {10, 30}) {
+    std::mt19937_64 generator(static_cast<unsigned>(runs));
+    int below_20 = 0, below_5 = 0;
+    for (int i = 0; i < kStudies; ++i) {
+      const LatenessTest test = Target{.steps = 20}.study(runs, generator);
+      ASSERT_TRUE(test.reason.empty()) << test.reason;
+      below_20 += test.p_value <= 0.2 ? 1 : 0;
+      below_5 += test.p_value <= 0.05 ? 1 : 0;
+    }
+    const auto near = [&](int count, double level) {
+      const double off = 5.0 * std::sqrt(level * (1.0 - level) / kStudies);
+      EXPECT_NEAR(count / static_cast<double>(kStudies), level, off) << runs << " runs";
+    };
+    near(below_20, 0.2);
+    near(below_5, 0.05);
+  }
+}
+
+TEST(Lateness, SaysHowManySteps) {
+  std::mt19937_64 generator(3);
+  for (const int delay : {1, 2, 4}) {
+    const LatenessTest test = Target{.delay = delay}.study(60, generator);
+    EXPECT_LT(test.p_value, 1e-4) << delay;
+    EXPECT_NEAR(test.steps, delay, 0.15 * delay);
+    EXPECT_GT(test.explained, 0.85) << delay;
+  }
+}
+
+// A filter that lags since its gain is too small is late, too, but not by the way of a time.
+TEST(Lateness, AGainTooSmallExplainsLittle) {
+  std::mt19937_64 generator(4);
+  EXPECT_LT((Target{.Q_scale = 0.05}.study(60, generator).explained), 0.5);
+}
+
+TEST(Lateness, ABiasIsNone) {
+  std::mt19937_64 generator(5);
+  const LatenessTest still = Target{.bias = -2.0}.study(60, generator);
+  EXPECT_GT(still.p_value, 1e-4);
+  // Back along a motion that is nearly the same in all runs: nothing tells it from a delay.
+  const Target same{.bias = -2.0, .speed = 30.0, .spread = 0.1};
+  EXPECT_EQ(same.study(60, generator).reason, "the motion is always the same");
+}
+
+TEST(Lateness, NeedsRuns) {
+  std::mt19937_64 generator(6);
+  const LatenessTest few = Target{}.study(9, generator);
+  EXPECT_FALSE(few.reason.empty());
+  EXPECT_TRUE(std::isnan(few.p_value));
+  EXPECT_FALSE(test_lateness({}).reason.empty());
+}
+
+TEST(Lateness, MergesToTheWholeAndLeavesOutWhatDoesNotFit) {
+  std::mt19937_64 generator(7);
+  VectorMoments a, b, whole, merged, none;
+  for (int i = 0; i < 12; ++i) {
+    const RunLateness run = Target{.steps = 5}.run(generator);
+    run.add_to(i < 6 ? a : b);
+    run.add_to(whole);
+  }
+  merge_lateness(a, merged);
+  merge_lateness(b, merged);
+  merge_lateness(none, merged);
+  EXPECT_NEAR(test_lateness(merged).steps, test_lateness(whole).steps, 1e-12);
+  RunLateness other;
+  other.add(Vector::Ones(1), Vector::Ones(1), Matrix::Identity(1, 1));
+  VectorMoments of_one;
+  other.add_to(of_one);
+  merge_lateness(of_one, merged);
+  other.add_to(merged);
+  EXPECT_EQ(merged.count, 12);
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,323 @@
+#include "analysis/laws/mean/effective_sample.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "tests/analysis/evidence/synthetic_studies.h"
+
+namespace credence::internal {
+namespace {
+
+// A vector random walk in noise: stationary errors e_k = φ e_{k−1} + noise of unit covariance.
+NeesTimeLaw autoregressive_law(Index dim, std::size_t steps, double phi) {
+  const std::vector<Matrix> transitions(steps, phi * Matrix::Identity(dim, dim));
+  const std::vector<Matrix> covariances(steps, Matrix::Identity(dim, dim));
+  return linear_nees_time_law(transitions, covariances);
+}
+
+TEST(EffectiveSample, LinearLawOfAnAutoregression) {
+  // ‖C_kl‖² = n φ^{2|k−l|}.
+  const NeesTimeLaw law = autoregressive_law(2, 5, 0.8);
+  double variance = 0.0;
+  for (int k = 0; k < 5; ++k) {
+    for (int l = 0; l < 5; ++l) {
+      EXPECT_NEAR(law.correlation(k, l), std::pow(0.64, std::abs(k - l)), 1e-12);
+      variance += 2.0 * 2.0 * std::pow(0.64, std::abs(k - l));
+    }
+  }
+  EXPECT_NEAR(law.run_sum.mean, 10.0, 1e-12);
+  EXPECT_NEAR(law.run_sum.variance, variance, 1e-10);
+  EXPECT_NEAR(law.effective_steps, 5.0 * 20.0 / variance, 1e-12);
+}
+
+TEST(EffectiveSample, LimitsOfTheLinearLaw) {
+  const NeesTimeLaw white = autoregressive_law(3, 20, 0.0);
+  EXPECT_NEAR(white.effective_steps, 20.0, 1e-12);
+  EXPECT_NEAR(white.run_sum.third, 8.0 * 60.0, 1e-9);
+  const NeesTimeLaw constant = autoregressive_law(3, 20, 1.0);
+  EXPECT_NEAR(constant.effective_steps, 1.0, 1e-9);
+  EXPECT_NEAR(constant.run_sum.third, std::pow(20.0, 3) * 8.0 * 3.0, 1e-6 * std::pow(20.0, 3));
+}
+
+TEST(EffectiveSample, KnownStatesHaveNoPartInTheLaw) {
+  Matrix P = Matrix::Identity(2, 2);
+  P(0, 0) = 0.0;
+  const NeesTimeLaw law =
+      linear_nees_time_law(std::vector<Matrix>(4, 0.5 * Matrix::Identity(2, 2)), std::vector<Matrix>(4, P));
+  EXPECT_NEAR(law.run_sum.mean, 4.0, 1e-12);
+  EXPECT_THROW(linear_nees_time_law(std::vector<Matrix>(3, P), std::vector<Matrix>(4, P)),
+               std::invalid_argument);
+  EXPECT_THROW(linear_nees_time_law(std::vector<Matrix>(1, P), std::vector<Matrix>(1, -P)),
+               std::invalid_argument);
+}
+
+// NEES of M runs of an autoregressive error of the given dimension, one run in each row.
+Matrix simulate(Index runs, Index steps, Index dim, double phi, std::mt19937_64& generator) {
+  std::normal_distribution<double> normal;
+  Matrix nees(runs, steps);
+  for (Index run = 0; run < runs; ++run) {
+    Vector e = Vector::NullaryExpr(dim, [&] { return normal(generator); });
+    for (Index k = 0; k < steps; ++k) {
+      nees(run, k) = e.squaredNorm();
+      e = phi * e + std::sqrt(1.0 - phi * phi) * Vector::NullaryExpr(dim, [&] { return normal(generator); });
+    }
+  }
+  return nees;
+}
+
+TEST(EffectiveSample, TimeAverageIsCalibratedWhereTheSumIsNot) {
+  constexpr int kStudies = 2000;
+  std::mt19937_64 generator(2);
+  const NeesTimeLaw law = autoregressive_law(1, 40, 0.95);
+  for (const Index runs : {12, 40}) {
+    int empirical[2] = {0, 0};
+    int exact[2] = {0, 0};
+    int naive = 0;
+    for (int study = 0; study < kStudies; ++study) {
+      const Vector sums = simulate(runs, 40, 1, 0.95, generator).rowwise().sum();
+      Moments moments;
+      for (const double sum : sums) moments.add(sum);
+      const double p = test_time_average(moments, 40.0, 40.0, 0.95).p_value;
+      const double q = two_sided_p_value(sums.sum(), law.run_sum * static_cast<double>(runs));
+      empirical[0] += p <= 0.05;
+      empirical[1] += p <= 0.01;
+      exact[0] += q <= 0.05;
+      exact[1] += q <= 0.01;
+      naive += two_sided_p_value(sums.sum(), 40.0 * static_cast<double>(runs)) <= 0.05;
+    }
+    for (int i = 0; i < 2; ++i) {
+      const double alpha = i == 0 ? 0.05 : 0.01;
+      const double five_errors = 5.0 * test::binomial_standard_error(alpha, kStudies);
+      EXPECT_NEAR(empirical[i] / 2000.0, alpha, five_errors) << runs;
+      EXPECT_NEAR(exact[i] / 2000.0, alpha, five_errors) << runs;
+    }
+    EXPECT_GT(naive / 2000.0, 0.3);
+  }
+}
+
+TEST(EffectiveSample, TimeAverageFindsBothDirections) {
+  std::mt19937_64 generator(3);
+  Moments high, low;
+  for (const double sum : Vector(simulate(100, 20, 2, 0.9, generator).rowwise().sum())) {
+    high.add(1.6 * sum);
+    low.add(0.6 * sum);
+  }
+  EXPECT_EQ(test_time_average(high, 40.0, 20.0, 0.95).verdict, Verdict::optimistic);
+  EXPECT_EQ(test_time_average(low, 40.0, 20.0, 0.95).verdict, Verdict::pessimistic);
+  EXPECT_GT(test_time_average(high, 40.0, 20.0, 0.95).run_sum.lower, 40.0);
+}
+
+TEST(EffectiveSample, DegenerateTimeAverages) {
+  EXPECT_EQ(test_time_average({}, 1.0, 1.0, 0.95).verdict, Verdict::undecided);
+  EXPECT_FALSE(test_time_average({}, 1.0, 1.0, 0.95).run_sum.reason.empty());
+  const Moments one{.count = 1, .mean = 3.0, .m2 = 0.0};
+  EXPECT_EQ(test_time_average(one, 1.0, 1.0, 0.95).verdict, Verdict::undecided);
+  const Moments nan{.count = 3, .mean = std::nan(""), .m2 = 0.0};
+  EXPECT_EQ(test_time_average(nan, 1.0, 1.0, 0.95).verdict, Verdict::undecided);
+  EXPECT_THROW(test_time_average(one, 0.0, 1.0, 0.95), std::invalid_argument);
+  EXPECT_THROW(test_time_average(one, 1.0, 0.0, 0.95), std::invalid_argument);
+}
+
+TEST(EffectiveSample, CorrelationTimeOfSquaredAutoregression) {
+  // ρ_h = φ^{2h}: τ = (1 + φ²) / (1 − φ²).
+  std::mt19937_64 generator(4);
+  for (const double phi : {0.0, 0.7, 0.9}) {
+    const Matrix nees = simulate(1, 50000, 1, phi, generator);
+    const std::vector<double> series(nees.data(), nees.data() + nees.size());
+    const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series}, 1.0);
+    const double exact = (1.0 + phi * phi) / (1.0 - phi * phi);
+    EXPECT_NEAR(sample.correlation_time / exact, 1.0, 0.15) << phi;
+    EXPECT_NEAR(sample.size, 50000.0 / sample.correlation_time, 1e-6);
+  }
+  EXPECT_FALSE(effective_sample({}, 1.0).reason.empty());
+  const std::vector<double> constant(10, 1.0);
+  EXPECT_FALSE(effective_sample(std::vector<std::span<const double>>{constant}, 1.0).reason.empty());
+}
+
+TEST(EffectiveSample, SingleRunIsCalibrated) {
+  constexpr int kStudies = 2000;
+  std::mt19937_64 generator(5);
+  int at_5 = 0;
+  int at_1 = 0;
+  int found = 0;
+  int undecided = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    const Matrix nees = simulate(1, 1000, 2, 0.7, generator) / 2.0;
+    std::vector<double> series(nees.data(), nees.data() + nees.size());
+    const TimeAverageTest test = test_single_run(series, 0.95);
+    undecided += test.verdict == Verdict::undecided;
+    at_5 += test.p_value <= 0.05;
+    at_1 += test.p_value <= 0.01;
+    for (double& x : series) x *= 1.6;
+    found += test_single_run(series, 0.95).verdict == Verdict::optimistic;
+  }
+  EXPECT_NEAR(at_5 / 2000.0, 0.05, 5.0 * test::binomial_standard_error(0.05, kStudies));
+  EXPECT_NEAR(at_1 / 2000.0, 0.01, 5.0 * test::binomial_standard_error(0.01, kStudies));
+  EXPECT_GT(found / 2000.0, 0.8);
+  EXPECT_LE(undecided, 2);
+}
+
+TEST(EffectiveSample, ASingleRunIsTestedAtSeveralLevelsAsAtEach) {
+  std::mt19937_64 generator(7);
+  const Matrix nees = simulate(1, 1000, 2, 0.7, generator) / 2.0;
+  const std::vector<double> series(nees.data(), nees.data() + nees.size());
+  const std::vector<TimeAverageTest> tests = test_single_run(series, {0.8, 0.95});
+  ASSERT_EQ(tests.size(), 2U);
+  EXPECT_EQ(tests[0].run_sum.upper, test_single_run(series, 0.8).run_sum.upper);
+  EXPECT_EQ(tests[1].run_sum.upper, test_single_run(series, 0.95).run_sum.upper);
+  EXPECT_GT(tests[1].run_sum.upper, tests[0].run_sum.upper);
+  EXPECT_EQ(tests[1].p_value, tests[0].p_value);
+  EXPECT_FALSE(test_single_run({}, {0.8, 0.95})[1].run_sum.reason.empty());
+}
+
+// τ by the sums as they are defined, lag by lag, one product after the other.
+double plain_correlation_time(std::span<const std::span<const double>> series, double mean) {
+  const auto at = [&](std::size_t lag, double& pairs) {
+    double sum = pairs = 0.0;
+    for (const auto& x : series) {
+      for (std::size_t k = lag; k < x.size(); ++k, pairs += 1.0) sum += (x[k] - mean) * (x[k - lag] - mean);
+    }
+    return sum;
+  };
+  double values = 0.0, pairs = 0.0, time = 1.0;
+  const double squares = at(0, values);
+  for (std::size_t lag = 1; lag < series.front().size() && static_cast<double>(lag) < 5.0 * time; ++lag) {
+    const double sum = at(lag, pairs);
+    time += 2.0 * (sum / pairs) / (squares / values);
+  }
+  return std::max(1.0, time);
+}
+
+TEST(EffectiveSample, SeveralLagsAtOnceHaveTheBitsOfEach) {
+  std::mt19937_64 generator(12);
+  for (const double phi : {0.0, 0.7, 0.95}) {
+    const Matrix nees = simulate(1, 400, 1, phi, generator);
+    const std::vector<double> all(nees.data(), nees.data() + nees.size());
+    // The longest first; one is shorter than the lags that are looked at.
+    for (const std::size_t length : {1U, 3U, 8U, 9U, 100U}) {
+      const std::vector<std::span<const double>> series{std::span(all).first(250),
+                                                        std::span(all).subspan(250, length)};
+      EXPECT_EQ(effective_sample(series, 1.0).correlation_time, plain_correlation_time(series, 1.0))
+          << phi << ", " << length;
+    }
+  }
+}
+
+TEST(EffectiveSample, AShortRunIsUndecided) {
+  std::mt19937_64 generator(6);
+  const Matrix nees = simulate(1, 60, 1, 0.95, generator);
+  const std::vector<double> series(nees.data(), nees.data() + nees.size());
+  EXPECT_EQ(test_single_run(series, 0.95).verdict, Verdict::undecided);
+  EXPECT_FALSE(test_single_run(series, 0.95).run_sum.reason.empty());
+  EXPECT_GT(test_single_run(series, 0.95).effective_steps, 0.0);  // what is too few
+  EXPECT_FALSE(test_single_run({}, 0.95).run_sum.reason.empty());
+}
+
+std::vector<std::vector<double>> squared_normals(std::size_t runs, std::size_t steps,
+                                                 std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<double>> all(runs, std::vector<double>(steps));
+  for (auto& run : all) {
+    for (double& x : run) x = std::pow(normal(random), 2);
+  }
+  return all;
+}
+
+TEST(StretchAverages, AreOfAtLeastTwentyStretches) {
+  std::mt19937_64 random(3);
+  for (const std::size_t runs : {2U, 5U, 7U, 19U}) {
+    const StretchAverages stretches = stretch_averages(squared_normals(runs, 400, random));
+    const SkewedMoments& averages = stretches.averages;
+    const double rows = 400.0 * static_cast<double>(runs);
+    EXPECT_GT(stretches.effective_rows, 0.7 * rows);
+    EXPECT_LE(stretches.effective_rows, rows);
+    EXPECT_EQ(averages.count, static_cast<std::int64_t>((20 + runs - 1) / runs * runs));
+    EXPECT_NEAR(averages.mean, 1.0, 5.0 * std::sqrt(2.0 / rows));
+  }
+  EXPECT_EQ(stretch_averages(squared_normals(1, 400, random)).averages.count, 0);
+  EXPECT_EQ(stretch_averages(squared_normals(20, 400, random)).averages.count, 0);
+}
+
+TEST(StandingShare, IsTheLargestOfAnyDirection) {
+  // The averages are (1, 1) of errors with mean squares [2 1; 1 4]: (1, 1) A⁻¹ (1, 1)ᵀ = (4 − 2 + 2)/7.
+  const Matrix A{{2.0, 1.0}, {1.0, 4.0}}, ones = Matrix::Ones(2, 2);
+  EXPECT_NEAR(standing_share(A, ones), 4.0 / 7.0, 1e-8);
+  EXPECT_NEAR(standing_share(9.0 * A, 9.0 * ones), 4.0 / 7.0, 1e-8) << "whatever the scale";
+  // What stays is found however small it is.
+  EXPECT_NEAR(standing_share(Matrix{{1.0, 0.0}, {0.0, 1e-4}}, Matrix{{0.0, 0.0}, {0.0, 1e-4}}), 1.0, 1e-4);
+  EXPECT_EQ(standing_share(A, Matrix::Zero(2, 2)), 0.0);
+  EXPECT_EQ(standing_share(Matrix::Zero(2, 2), Matrix::Zero(2, 2)), 0.0);
+  EXPECT_EQ(standing_share(Matrix(0, 0), Matrix(0, 0)), 0.0);
+}
+
+TEST(StandingShare, AllowsForWhatChanceLeaves) {
+  // 40 directions, 10 stretches, N = 61: asin √(9.5/60) + asin √(39.5/60) = 0.40924 + 0.94650, whose sine
+  // squared is 0.95446.
+  EXPECT_NEAR(least_standing_share(40, 10, 61.0 / 0.6), (1.0 + 2.0 * 0.95446) / 3.0, 1e-4);
+  EXPECT_EQ(least_standing_share(40, 10, 50.0), 1.0) << "any direction may be as large";
+  EXPECT_EQ(least_standing_share(40, 10, 1.0), 1.0);
+  EXPECT_EQ(least_standing_share(4, 10, 5000.0), kStandingErrors);
+  EXPECT_GT(least_standing_share(12, 10, 140.0), least_standing_share(4, 10, 140.0));
+  EXPECT_LT(least_standing_share(12, 20, 280.0), least_standing_share(12, 10, 140.0)) << "two runs";
+}
+
+// Of errors that are all forgotten alike, in 12 and in 40 directions: the largest share stays below the limit
+// of runs like these, and is nearer to what chance leaves than to 1.
+TEST(StandingShare, OfErrorsThatAreForgottenStaysBelowTheLimit) {
+  constexpr Index kRows = 500, kLength = kRows / 10;
+  constexpr int kStudies = 20;
+  constexpr double kMemory = 0.8;
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  for (const Index directions : {12, 40}) {
+    std::vector<double> shares;
+    double size = 0.0;
+    for (int study = 0; study < kStudies; ++study) {
+      Vector u = Vector::NullaryExpr(directions, [&] { return normal(random); });
+      Matrix square = Matrix::Zero(directions, directions), of_means = square;
+      std::vector<double> nees;
+      for (Index stretch = 0; stretch < 10; ++stretch) {
+        Vector mean = Vector::Zero(directions);
+        for (Index k = 0; k < kLength; ++k) {
+          for (double& x : u) x = kMemory * x + std::sqrt(1.0 - kMemory * kMemory) * normal(random);
+          mean += u / static_cast<double>(kLength);
+          square += u * u.transpose() / static_cast<double>(kRows);
+          nees.push_back(u.squaredNorm());
+        }
+        of_means += 0.1 * mean * mean.transpose();
+      }
+      shares.push_back(standing_share(square, of_means));
+      const std::vector<std::span<const double>> series{nees};
+      size += effective_sample(series, static_cast<double>(directions)).size / kStudies;
+    }
+    const double limit = least_standing_share(directions, 10, size);
+    EXPECT_GT(limit, kStandingErrors);
+    EXPECT_LT(std::ranges::max(shares), limit) << directions;
+    // The limit is (1 + 2θ)/3.
+    EXPECT_GT(std::ranges::min(shares), (1.5 * limit - 0.5) - 0.25) << directions;
+  }
+}
+
+TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<double>> runs(10, std::vector<double>(100));
+  for (auto& run : runs) {
+    double x = normal(random);
+    for (double& value : run) {
+      x = 0.95 * x + std::sqrt(1.0 - 0.95 * 0.95) * normal(random);
+      value = x * x;
+    }
+  }
+  EXPECT_EQ(stretch_averages(runs).averages.count, 0);
+  EXPECT_EQ(stretch_averages({}).averages.count, 0);
+}
+
+}  // namespace
+}  // namespace credence::internal

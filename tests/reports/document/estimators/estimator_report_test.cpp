@@ -1,0 +1,118 @@
+#include "reports/document/estimators/estimator_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/nan.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "reports/render/text_page.h"
+#include "tests/paths.h"
+
+namespace credence::internal {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+EstimatorStudy study_of(const char* name) {
+  const std::vector<std::string> small = {"study.runs=6", "study.steps=20"};
+  return study_estimators(load_scenario(source_folder() / "scenarios" / (std::string(name) + ".toml"), small),
+                          {});
+}
+
+// Any states have neither headings nor metres.
+TEST(EstimatorDocument, OfALinearWorldSpeaksOfTheState) {
+  const EstimatorStudy study = study_of("linear_estimators");
+  const Document document = estimator_document(study);
+  const std::string text = text_page(document);
+  for (const char* word : {"heading", "position", "pose", "odometry", "°", "m²"}) {
+    EXPECT_THAT(text, Not(HasSubstr(word)));
+  }
+  EXPECT_THAT(text, HasSubstr("the state of any"));
+  const auto j = nlohmann::json::parse(estimator_json(study));
+  EXPECT_TRUE(j["bound"]["heading_rad"].is_null());
+  EXPECT_TRUE(j["bound"]["position_m"].is_null());
+  EXPECT_GT(j["bound"]["state"], 0.0);
+  const auto& row = j["rows"][0];
+  for (const char* part : {"rmse", "claimed_rmse"}) {
+    EXPECT_TRUE(row[part]["heading_rad"].is_null()) << part;
+    EXPECT_TRUE(row[part]["position_m"].is_null()) << part;
+    EXPECT_GT(row[part]["state"], 0.0) << part;
+  }
+  EXPECT_GT(row["efficiency"]["state"]["mean"], 0.0);
+  EXPECT_TRUE(row["efficiency"]["position"]["mean"].is_null());
+  EXPECT_TRUE(row["efficiency"]["position"]["lower"].is_null());
+  EXPECT_EQ(row["rmse"]["position_interval_m"].dump(), "[null,null]");
+}
+
+TEST(EstimatorDocument, WhereNoRunEndsWellNothingIsGood) {
+  EstimatorStudy study = study_of("linear_estimators");
+  for (EstimatorRow& row : study.rows) row.runs = 0;
+  EXPECT_EQ(estimator_document(study).answer.text, "No run of any estimator finished");
+}
+
+TEST(EstimatorDocument, OfAVehicleSpeaksOfHeadingAndMetres) {
+  const EstimatorStudy study = study_of("huang_ring");
+  const std::string text = text_page(estimator_document(study));
+  for (const char* word : {"NEES of heading", "RMSE heading °", "position m", "the pose of any"}) {
+    EXPECT_THAT(text, HasSubstr(word));
+  }
+  const auto j = nlohmann::json::parse(estimator_json(study));
+  EXPECT_GT(j["rows"][0]["rmse"]["position_m"], 0.0);
+  EXPECT_TRUE(j["rows"][0]["rmse"]["state"].is_null());
+}
+
+EstimatorRow estimator_row(const std::string& name, double mean, double lower, std::int64_t runs = 20) {
+  EstimatorRow row;
+  row.name = name;
+  row.runs = runs;
+  row.profile.chart = "plane";
+  row.nees[static_cast<std::size_t>(EstimatorBlock::pose)] = {
+      .mean = mean, .lower = lower, .upper = 2.0 * mean, .count = runs};
+  return row;
+}
+
+ReportAnswer answer_of(std::vector<EstimatorRow> rows) {
+  EstimatorStudy study;
+  study.scenario = load_scenario_text("[world]\nmodel = \"planar_slam\"\n", "world.toml");
+  study.rows = std::move(rows);
+  study.runs = 20;
+  return estimator_document(study).answer;
+}
+
+TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
+  const EstimatorRow good = estimator_row("fej", 1.0, 0.9), bad = estimator_row("ekf", 3.25, 3.0),
+                     none = estimator_row("ukf", kNaN, kNaN, 0);
+  EXPECT_EQ(answer_of({good}).text, "No evidence that the pose of any is optimistic: fej");
+  EXPECT_EQ(answer_of({good}).tone, CellTone::good);
+  EXPECT_EQ(
+      answer_of({bad, good}).text,
+      "Optimistic in the pose: ekf (3.25 times the squared error that P claims). No evidence against fej");
+  EXPECT_EQ(answer_of({bad}).text,
+            "Optimistic in the pose: ekf (3.25 times the squared error that P claims). None is not");
+  EXPECT_EQ(answer_of({bad}).tone, CellTone::caution);
+  EXPECT_EQ(answer_of({good, none}).text,
+            "No evidence that the pose of any is optimistic: fej. Nothing can be said of ukf");
+  EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
+  EstimatorRow one_of_many = estimator_row("ukf", 1.1, 1.01);
+  one_of_many.optimistic_p_value.fill(0.2);  // of its own interval it is 0.02
+  EXPECT_EQ(answer_of({one_of_many, good}).text, "No evidence that the pose of any is optimistic: ukf, fej");
+  EstimatorRow of_map = good;
+  of_map.nees[static_cast<std::size_t>(EstimatorBlock::map)] = {
+      .mean = 1.35, .lower = 1.16, .upper = 1.63, .count = 20};
+  EXPECT_EQ(
+      answer_of({of_map}).text,
+      "No evidence that the pose of any is optimistic: fej. Of these the map is optimistic all the same: fej "
+      "(1.35 times)");
+  EXPECT_EQ(answer_of({of_map}).tone, CellTone::caution);
+  EXPECT_EQ(answer_of({none}).text, "No run of any estimator finished");
+  EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,141 @@
+#include "reports/document/logs/check_logs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "datasets/data_error.h"
+#include "tests/temporary_folder.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A log whose error has `scale` times the variance that it claims.
+std::string log_text(int rows, double scale, unsigned seed) {
+  std::mt19937 bits(seed);
+  std::normal_distribution<double> normal;
+  std::string text = "step,truth.x,estimate.x,P.1.1\n";
+  for (int k = 1; k <= rows; ++k) {
+    text += std::to_string(k) + ",0," + std::to_string(std::sqrt(scale) * normal(bits)) + ",1\n";
+  }
+  return text;
+}
+
+class CheckLogs : public ::testing::Test {
+ protected:
+  CheckLogs() {
+    for (const char* name : {"good", "bad"}) std::filesystem::create_directory(folder_ / name);
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+      folder_.write("good/run" + std::to_string(seed) + ".csv", log_text(50, 1.0, seed));
+      folder_.write("bad/run" + std::to_string(seed) + ".csv", log_text(50, 4.0, seed));
+    }
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CheckLogs, JudgesAFolderAndItsFilesAlike) {
+  const std::string good = (folder_ / "good").string();
+  const JudgedFilter judged = check_logs({&good, 1});
+  EXPECT_EQ(judged.verdict(), Verdict::consistent) << judged.text();
+  std::vector<std::string> files;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    files.push_back((folder_ / ("good/run" + std::to_string(seed) + ".csv")).string());
+  }
+  std::ranges::sort(files);
+  EXPECT_EQ(check_logs(files, {.name = "good", .threads = 2}).json(), judged.json());
+}
+
+TEST_F(CheckLogs, TellsTheFactorOfAWrongOne) {
+  const std::string bad = (folder_ / "bad").string();
+  const JudgedFilter judged = check_logs({&bad, 1}, {.name = "mine"});
+  EXPECT_EQ(judged.verdict(), Verdict::optimistic);
+  EXPECT_LT(judged.factor().lower, 4.0);
+  EXPECT_GT(judged.factor().upper, 4.0);
+  EXPECT_THAT(judged.text(), HasSubstr("600 rows of 12 runs"));
+  judged.write_report(folder_ / "out");
+  EXPECT_THAT(folder_.read("out/index.html"), HasSubstr("mine"));
+}
+
+// Of standard deviations σ² taken for variances: a wrong scale is what is seen, and not what is wrong.
+TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledAWrongScaleBesides) {
+  const auto of = [&](double written) {
+    std::mt19937 bits(5);
+    std::normal_distribution<double> normal;
+    std::string text = "step,truth.x,estimate.x,P.1.1\n";
+    for (int k = 1; k <= 600; ++k) {
+      const double sigma = k % 2 == 0 ? 0.01 : 0.03;
+      text += std::to_string(k) + ",0," + std::to_string(sigma * normal(bits)) + "," +
+              std::to_string(written > 0.0 ? written * sigma * sigma : sigma) + "\n";
+    }
+    folder_.write("mistake.csv", text);
+    const std::string file = (folder_ / "mistake.csv").string();
+    return check_logs({&file, 1});
+  };
+  const auto names_scale = [](const JudgedFilter& judged) {
+    return std::ranges::any_of(
+        judged.causes(), [](const NamedCause& cause) { return cause.name == "the scale of the covariance"; });
+  };
+  const JudgedFilter deviations = of(0.0), scaled = of(0.3);
+  EXPECT_THAT(deviations.text(), HasSubstr("P holds standard deviations"));
+  EXPECT_EQ(deviations.verdict(), Verdict::pessimistic);
+  EXPECT_FALSE(names_scale(deviations)) << deviations.text();
+  EXPECT_TRUE(names_scale(scaled)) << scaled.text();
+}
+
+// Degrees make the errors of a nonlinear filter too large for P, and its innovations stay what they were.
+TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledALinearisationBesides) {
+  const auto of = [&](double unit) {
+    std::mt19937 bits(5);
+    std::normal_distribution<double> normal;
+    std::string text =
+        "step,truth.x,truth.heading,estimate.x,estimate.heading:angle,P.1.1,P.1.2,P.2.2,innovation.1,S.1.1,"
+        "nonlinear\n";
+    for (int k = 1; k <= 600; ++k) {
+      const double sigma = k % 2 == 0 ? 0.002 : 0.004, x = normal(bits),
+                   heading = unit * sigma * normal(bits);
+      text += std::to_string(k) + ",0,0," + std::to_string(x) + "," + std::to_string(heading) + ",1,0," +
+              std::to_string(sigma * sigma) + "," + std::to_string(normal(bits)) + ",1,1\n";
+    }
+    folder_.write("degrees.csv", text);
+    const std::string file = (folder_ / "degrees.csv").string();
+    return check_logs({&file, 1});
+  };
+  const JudgedFilter degrees = of(57.29578), larger = of(5.0);
+  EXPECT_THAT(degrees.text(), HasSubstr("degrees"));
+  EXPECT_EQ(degrees.verdict(), Verdict::optimistic);
+  EXPECT_TRUE(degrees.causes().empty()) << degrees.text();
+  EXPECT_FALSE(larger.causes().empty()) << larger.text();
+}
+
+TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
+  static constexpr std::atomic<bool> kStop{true};
+  const std::string good = (folder_ / "good").string();
+  EXPECT_THROW(check_logs({&good, 1}, {.stop = &kStop}), std::runtime_error);
+}
+
+TEST_F(CheckLogs, RefusesWhatDoesNotFit) {
+  const std::string good = (folder_ / "good").string(), absent = (folder_ / "absent.csv").string();
+  EXPECT_THROW(check_logs({&absent, 1}), DataError);
+  EXPECT_THROW(check_logs({&good, 1}, {.format = "excel"}), std::invalid_argument);
+  EXPECT_THROW(check_logs({&good, 1}, {.truths = {good}}), std::invalid_argument);
+  CheckOptions moved;
+  for (const double seconds : {0.5, 0.0}) {
+    moved.reading.matching.time_offset_s = seconds;
+    EXPECT_THROW(check_logs({&good, 1}, moved), std::invalid_argument) << seconds << ": there are no poses";
+  }
+  EXPECT_THROW(check_logs({}), std::invalid_argument);
+  const std::string twice[] = {good + "/run1.csv", good + "/run1.csv"};
+  EXPECT_THROW(check_logs(twice), DataError);
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,187 @@
+#include "reports/document/logs/log_gate.h"
+
+#include <gmock/gmock.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "core/nan.h"
+#include "reports/document/study/calibration_report.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+using ::testing::ThrowsMessage;
+
+/// What units with these factors on P are in a log.
+UnitFactors factors_of(const std::vector<std::pair<std::string, double>>& units) {
+  UnitFactors all{.units = "runs", .names = {}, .parts = {"NEES"}, .factors = {{}}};
+  for (const auto& [name, factor] : units) {
+    all.names.push_back(name);
+    all.factors[0].push_back(factor);
+  }
+  return all;
+}
+
+CheckedLogs checked(const UnitFactors& units, Verdict verdict = Verdict::optimistic,
+                    double confidence = 0.95) {
+  CheckedLogs logs;
+  logs.name = "logs";
+  logs.units = units;
+  logs.analysis.evidence.has_truth = true;
+  logs.analysis.judgement.confidence = confidence;
+  logs.analysis.judgement.word.verdict = verdict;
+  return logs;
+}
+
+/// The document of an earlier check with these factors.
+std::string baseline_of(const UnitFactors& units, const std::string& verdict = "optimistic") {
+  Calibration calibration;
+  calibration.units = units.units;
+  return text_of_json({{"verdict", verdict},
+                       {"nees", Json::object()},
+                       {"calibration", calibration_json(calibration, units, {})}});
+}
+
+constexpr double kMargin = 0.1;
+
+LogGate gate_of(const UnitFactors& before, const UnitFactors& now) {
+  return gate_against(checked(now), "before.json", baseline_of(before), kMargin);
+}
+
+TEST(LogGate, AFactorThatMovesAwayFromOneIsWorseAndOneThatComesNearerIsNot) {
+  const UnitFactors right = factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"d", 1.0}});
+  const UnitFactors wrong = factors_of({{"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}});
+  EXPECT_THAT(gate_of(right, wrong).worse, SizeIs(1));
+  EXPECT_THAT(gate_of(right, wrong).worse.front(), HasSubstr("more optimistic in the whole state"));
+  EXPECT_THAT(gate_of(wrong, right).worse, IsEmpty());
+  EXPECT_THAT(gate_of(right, right).worse, IsEmpty());
+}
+
+TEST(LogGate, OnlyUnitsThatBothLoggedSayWhichFactorIsNearerToOne) {
+  // The logs that are no longer there were far off: the others are twice as wrong as they were.
+  const UnitFactors before =
+      factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"gone", 9.0}, {"gone too", 12.0}, {"d", 1.0}});
+  const UnitFactors now = factors_of({{"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}, {"new", 0.001}});
+  const LogGate gate = gate_of(before, now);
+  ASSERT_THAT(gate.changes, SizeIs(1));
+  EXPECT_DOUBLE_EQ(gate.changes[0].before, (1.0 + 1.1 + 0.9 + 1.0) / 4.0);
+  EXPECT_DOUBLE_EQ(gate.changes[0].after, (2.0 + 2.3 + 1.7 + 2.1) / 4.0);
+  EXPECT_THAT(gate.worse, SizeIs(1));
+}
+
+TEST(LogGate, AUnitWithoutAFactorDoesNotBlindIt) {
+  const UnitFactors before =
+      factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"d", 1.0}, {"singular", HUGE_VAL}});
+  const UnitFactors now = factors_of({{"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}, {"singular", 1.0}});
+  EXPECT_THAT(gate_of(before, now).worse, SizeIs(1));
+}
+
+TEST(LogGate, ASmallChangeAndOneByChanceAreNotWorse) {
+  const UnitFactors before = factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"d", 1.0}});
+  EXPECT_THAT(gate_of(before, factors_of({{"a", 1.05}, {"b", 1.15}, {"c", 0.95}, {"d", 1.05}})).worse,
+              IsEmpty())
+      << "within the margin";
+  EXPECT_THAT(gate_of(before, factors_of({{"a", 8.0}, {"b", 0.5}, {"c", 0.6}, {"d", 2.0}})).worse, IsEmpty())
+      << "no two alike";
+}
+
+TEST(LogGate, WhatItSaysOfAChangeHoldsAtTheConfidenceAsked) {
+  // Three logarithms with t = 5.7, p = 0.03.
+  const UnitFactors before = factors_of({{"a", 2.0}, {"b", 2.0}, {"c", 2.0}});
+  const UnitFactors now = factors_of({{"a", 1.4}, {"b", 1.2}, {"c", 1.0}});
+  for (const double confidence : {0.95, 0.99}) {
+    const LogGate gate = gate_against(checked(now, Verdict::optimistic, confidence), "before.json",
+                                      baseline_of(before), kMargin);
+    ASSERT_THAT(gate.changes, SizeIs(1));
+    ASSERT_GT(gate.changes[0].adjusted, 0.01);
+    ASSERT_LT(gate.changes[0].adjusted, 0.05);
+    if (confidence < 0.96)
+      EXPECT_THAT(gate_sentence(gate), HasSubstr("It is more pessimistic in the whole state"));
+    if (confidence > 0.98) EXPECT_THAT(gate_sentence(gate), Not(HasSubstr("It is")));
+  }
+}
+
+TEST(LogGate, AVerdictThatBecameInconsistentIsWorse) {
+  const UnitFactors none = factors_of({});
+  const auto gate = [&](Verdict now, const char* before) {
+    return gate_against(checked(none, now), "before.json", baseline_of(none, before), kMargin);
+  };
+  EXPECT_TRUE(gate(Verdict::pessimistic, "consistent").became_inconsistent);
+  EXPECT_TRUE(gate(Verdict::mixed, "undecided").became_inconsistent);
+  EXPECT_FALSE(gate(Verdict::pessimistic, "optimistic").became_inconsistent);
+  EXPECT_FALSE(gate(Verdict::undecided, "consistent").became_inconsistent);
+  EXPECT_EQ(gate_sentence(gate(Verdict::mixed, "consistent")),
+            "Against before.json (consistent): WORSE: it was consistent, and is mixed.");
+  EXPECT_EQ(
+      gate_sentence(gate(Verdict::consistent, "consistent")),
+      "Against before.json (consistent): nothing is worse. No runs or stretches could be paired by their "
+      "names.");
+}
+
+TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
+  const CheckedLogs logs = checked(factors_of({}));
+  for (const char* text :
+       {"", "{", "[]", "7", R"({"nees": {}})", R"({"verdict": 1, "nees": {}})",
+        R"({"verdict": "mixed", "nees": {}, "calibration": {"units": "runs", "unit_names": 5}})",
+        R"({"verdict": "mixed", "nees": {}, "calibration": {"units": "runs", "unit_names": [5]}})"}) {
+    EXPECT_THAT([&] { gate_against(logs, "old.json", text, kMargin); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is not a document of")))
+        << text;
+  }
+}
+
+NamedTest named(const char* name, double p, double adjusted) {
+  return {.name = name, .exactness = Exactness::exact, .p_value = p, .adjusted = adjusted, .says = "a < b"};
+}
+
+TEST(JunitXml, FailuresAreThereExactlyWhereTheCheckFails) {
+  CheckedLogs logs = checked(factors_of({}));
+  logs.analysis.judgement.tests = {named("mean & \"law\"", 1e-9, 1e-8), named("whiteness", 0.02, 0.2),
+                                   named("bias", kNaN, kNaN)};
+  const std::string xml = junit_xml(logs, 0.95);
+  EXPECT_TRUE(fails(logs));
+  EXPECT_THAT(xml, HasSubstr("tests=\"4\" failures=\"2\" errors=\"0\" skipped=\"1\""));
+  EXPECT_THAT(xml, HasSubstr("name=\"mean &amp; &quot;law&quot;\"><failure message=\"a &lt; b; p = "));
+  EXPECT_THAT(xml, HasSubstr("name=\"bias\"><skipped message=\"a &lt; b\"/>"));
+  logs.gate = LogGate{.baseline = "old.json"};
+  EXPECT_FALSE(fails(logs)) << "as wrong as it was";
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"0\" errors=\"0\" skipped=\"1\""));
+  logs.gate->worse = {"it is worse"};
+  EXPECT_TRUE(fails(logs));
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"1\" errors=\"0\" skipped=\"1\""));
+  logs.gate.reset();
+  logs.analysis.judgement.word.verdict = Verdict::undecided;
+  EXPECT_FALSE(fails(logs));
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"4\" failures=\"0\" errors=\"0\" skipped=\"2\""));
+}
+
+TEST(MarkdownSummary, ABarInANameDoesNotEndItsCell) {
+  CheckedLogs logs = checked(factors_of({}));
+  BlockSums& sums = logs.analysis.evidence.blocks.emplace_back();
+  sums.name = "a|b";
+  ConsistencyVerdict verdict;
+  verdict.count = 3;
+  logs.analysis.judgement.blocks.push_back({"a|b", verdict});
+  logs.remarks = {"half of it was cut off"};
+  const std::string text = markdown_summary(logs);
+  EXPECT_THAT(text, HasSubstr("## logs: optimistic\n"));
+  EXPECT_THAT(text, HasSubstr("| NEES of a\\|b |"));
+  EXPECT_THAT(text, HasSubstr("\n- half of it was cut off\n"));
+}
+
+TEST(MarkdownSummary, TheNameOfAFileIsOneLine) {
+  CheckedLogs logs = checked(factors_of({}));
+  logs.name = "a\n# b\x1b.csv";
+  const std::string text = markdown_summary(logs);
+  EXPECT_EQ(text.substr(0, 4), "## a");
+  EXPECT_EQ(text.find("\n# b"), std::string::npos);
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace credence::internal

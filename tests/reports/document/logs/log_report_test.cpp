@@ -1,0 +1,159 @@
+#include "reports/document/logs/log_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "reports/document/logs/log_json.h"
+#include "reports/document/logs/log_table.h"
+#include "tests/reports/document/parts_of.h"
+#include "tests/reports/document/synthetic_logs.h"
+#include "tests/temporary_folder.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::vector<std::string> sections_of(const Document& document) {
+  std::vector<std::string> titles;
+  for (const DocumentPart& part : document.parts()) {
+    const auto* heading = std::get_if<part::Heading>(&part);
+    if (heading != nullptr) titles.push_back(heading->title);
+  }
+  return titles;
+}
+
+std::vector<part::Callout> callouts_of(const Document& document) {
+  std::vector<part::Callout> all;
+  for (const DocumentPart& part : document.parts()) {
+    if (const auto* callout = std::get_if<part::Callout>(&part)) all.push_back(*callout);
+  }
+  return all;
+}
+
+std::vector<std::string> bullets_of(const Document& document) {
+  std::vector<std::string> all;
+  for (const DocumentPart& part : document.parts()) {
+    if (const auto* bullets = std::get_if<part::Bullets>(&part))
+      all.insert(all.end(), bullets->items.begin(), bullets->items.end());
+  }
+  return all;
+}
+
+TEST(LogReport, OfAConsistentFilterSaysThatNothingSpeaksAgainstIt) {
+  const CheckedLogs logs = synthetic_logs(Defect::none);
+  const Document document = log_document(logs);
+  EXPECT_EQ(document.title, "my logs");
+  EXPECT_EQ(document.answer.text, log_answer(logs));
+  EXPECT_THAT(document.answer.text, HasSubstr("consistent: no evidence against it"));
+  EXPECT_EQ(document.answer.tone, CellTone::good);
+  EXPECT_EQ(document.json(), log_json(logs));
+  EXPECT_TRUE(callouts_of(document).empty());
+  EXPECT_THAT(sections_of(document), Contains("Factors on P"));
+  EXPECT_THAT(sections_of(document), Not(Contains("What would mend it")));
+}
+
+TEST(LogReport, OfAWrongFilterSaysWhatToDoAndWhatWouldMendIt) {
+  const CheckedLogs logs = synthetic_logs(Defect::measurement_noise_too_small);
+  const Document document = log_document(logs);
+  EXPECT_EQ(document.answer.tone, CellTone::alarm);
+  EXPECT_THAT(document.answer.text, HasSubstr("optimistic"));
+  EXPECT_THAT(sections_of(document), ElementsAre("Verdicts", "What to do", "What would mend it", "Figures",
+                                                 "Where P lies", "Tests"));
+  const std::string cause(to_string(logs.analysis.judgement.causes.at(0).cause));
+  EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("Likely cause: " + cause)));
+  EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("The factor on P is ")));
+  EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("NEES: optimistic.")));
+}
+
+TEST(LogReport, EveryBlockHasARowAndTheTerminalOne) {
+  const CheckedLogs logs = synthetic_logs(Defect::none);
+  const Document document = log_document(logs);
+  const ReportTable verdicts = table_of(document, "each block of states");
+  std::vector<std::string> rows;
+  for (const auto& row : verdicts.rows) rows.push_back(row.front().text);
+  for (const BlockVerdict& block : logs.analysis.judgement.blocks) {
+    EXPECT_THAT(rows, Contains("NEES of " + block.name));
+  }
+  ASSERT_EQ(document.brief.size(), 1U);
+  EXPECT_EQ(std::get<ReportTable>(document.brief[0]).rows.size(), log_table(logs).rows.size());
+}
+
+TEST(LogReport, RejectedRowsAreAnAlarmWithTheFirstOfEveryKind) {
+  CheckedLogs logs;
+  logs.analysis.evidence.rows = 30;
+  logs.analysis.evidence.rejected["P is not symmetric"] = {.count = 3, .first = "a.csv:7"};
+  const Document document = log_document(logs);
+  ASSERT_EQ(callouts_of(document).size(), 1U);
+  EXPECT_EQ(callouts_of(document)[0].tone, CellTone::alarm);
+  EXPECT_THAT(callouts_of(document)[0].text, testing::StartsWith("3 of 30 rows were rejected"));
+  EXPECT_THAT(bullets_of(document), Contains("3 rows: P is not symmetric; the first is a.csv:7"));
+}
+
+TEST(LogReport, AnEarlierVersionIsComparedBeforeAnythingElse) {
+  CheckedLogs logs;
+  logs.gate = LogGate{.baseline = "old.json", .verdict_before = "consistent"};
+  EXPECT_EQ(callouts_of(log_document(logs)).at(0).tone, CellTone::good);
+  logs.gate->worse = {"it is more optimistic"};
+  const part::Callout worse = callouts_of(log_document(logs)).at(0);
+  EXPECT_EQ(worse.tone, CellTone::alarm);
+  EXPECT_THAT(worse.text, HasSubstr("WORSE: it is more optimistic"));
+}
+
+// Of the first file that has charts; a planar pose has none.
+TEST(LogReport, ThePoseIsShownInEveryChart) {
+  CheckedLogs logs;
+  logs.poses.resize(1);
+  EXPECT_THAT(sections_of(log_document(logs)), Not(Contains("Charts")));
+  logs.poses.push_back(synthetic_poses());
+  const Document document = log_document(logs);
+  EXPECT_THAT(sections_of(document), Contains("Charts"));
+  const ReportTable charts = table_of(document, "in every chart, 6 expected; judged is right");
+  ASSERT_EQ(charts.rows.size(), 2U);
+  EXPECT_EQ(charts.rows[0][0].text, "left");
+  EXPECT_EQ(charts.rows[0][1].text, "9.500");
+  EXPECT_EQ(charts.rows[0][3].text, "6.250");
+  EXPECT_EQ(charts.rows[1][0].text, "right (judged)");
+  EXPECT_EQ(charts.rows[1][2].text, "–") << "not tested";
+  EXPECT_THAT(charts.notes.front(), testing::StartsWith("Of run.csv, 100 rows."));
+}
+
+TEST(LogReport, EveryStepStandsBesideThePageAsCsv) {
+  const TemporaryFolder folder;
+  const Document document = log_document(synthetic_logs(Defect::none));
+  ASSERT_EQ(document.files.size(), 1U);
+  EXPECT_EQ(document.files[0].name, "my_logs.csv");
+  document.files[0].write(folder / "steps.csv");
+  const std::string text = folder.read("steps.csv");
+  EXPECT_EQ(std::ranges::count(text, '\n'), 41) << "a header and 40 steps";
+  CheckedLogs nameless;
+  EXPECT_EQ(log_document(nameless).files.at(0).name, "logs.csv");
+}
+
+TEST(LogReport, LogsWithoutARowHaveAPageToo) {
+  const Document document = log_document({});
+  EXPECT_EQ(document.answer.tone, CellTone::caution);
+  EXPECT_EQ(nlohmann::json::parse(document.json())["verdict"], "undecided");
+}
+
+TEST(CheckedLogs, RemarksEndWithWhatTheLayoutMisses) {
+  CheckedLogs logs;
+  logs.remarks = {"half of it was cut off"};
+  EXPECT_THAT(logs.all_remarks(), ElementsAre("half of it was cut off"));
+  logs.analysis.evidence.layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
+  logs.analysis.evidence.layout.angles = {false, false, false};
+  EXPECT_THAT(logs.all_remarks(),
+              ElementsAre("half of it was cut off", HasSubstr("vehicle.… are 3 states, 0 of them angles")));
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,176 @@
+#include "reports/document/logs/log_table.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+
+namespace credence::internal {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+ConsistencyVerdict verdict_of(double mean, Verdict verdict = Verdict::consistent) {
+  ConsistencyVerdict v;
+  v.verdict = verdict;
+  v.mean = mean;
+  v.expected = 2.0;
+  v.bounds.lower = 1.5;
+  v.bounds.upper = 2.5;
+  v.p_value = 0.25;
+  v.count = 30;
+  return v;
+}
+
+/// A log with a truth, with these blocks, the mean NEES of which are 1, 2, ….
+CheckedLogs logs_with(const std::vector<std::pair<std::string, Part>>& blocks = {}) {
+  CheckedLogs logs;
+  logs.format = "CSV";
+  logs.analysis.evidence.has_truth = true;
+  logs.analysis.evidence.rows = 30;
+  logs.analysis.evidence.study.runs = 1;
+  logs.analysis.judgement.word.verdict = Verdict::consistent;
+  logs.analysis.judgement.nees = verdict_of(2.25);
+  for (const auto& [name, part] : blocks) {
+    BlockSums& sums = logs.analysis.evidence.blocks.emplace_back();
+    sums.name = name;
+    sums.part = part;
+    logs.analysis.judgement.blocks.push_back(
+        {name, verdict_of(static_cast<double>(logs.analysis.evidence.blocks.size()))});
+  }
+  return logs;
+}
+
+std::vector<std::string> row_titles(const ReportTable& table) {
+  std::vector<std::string> titles;
+  for (const auto& row : table.rows) titles.push_back(row.front().text);
+  return titles;
+}
+
+TEST(LogTable, ThePoseStandsFirstThenItsPartsThenTheOrderOfTheLog) {
+  const CheckedLogs logs = logs_with({{"bias", Part::other},
+                                      {"heading", Part::heading},
+                                      {"position", Part::position},
+                                      {"map", Part::map},
+                                      {"pose", Part::pose}});
+  EXPECT_THAT(row_titles(log_verdicts(logs, 9)),
+              ElementsAre("NEES", "NEES of pose", "NEES of position", "NEES of heading", "NEES of bias",
+                          "NEES of map"));
+  const ReportTable three = log_verdicts(logs, 3);
+  EXPECT_THAT(row_titles(three), ElementsAre("NEES", "NEES of pose", "NEES of position", "NEES of heading"));
+  EXPECT_THAT(three.notes, Contains("2 more blocks are in the JSON and on the page."));
+  EXPECT_EQ(three.rows[1][2].text, "5.000") << "each with its own numbers";
+}
+
+TEST(LogTable, ARowHasVerdictMeanBoundsAndCount) {
+  CheckedLogs logs = logs_with();
+  logs.analysis.judgement.nis = verdict_of(2.75, Verdict::optimistic);
+  logs.analysis.judgement.sensors.resize(2);
+  logs.analysis.judgement.sensors[0].name = "gps";  // without a value: no row
+  logs.analysis.judgement.sensors[1].name = "baro";
+  logs.analysis.judgement.sensors[1].nis = verdict_of(1.75);
+  const ReportTable table = log_verdicts(logs, 9);
+  EXPECT_THAT(row_titles(table), ElementsAre("NEES", "NIS", "NIS of baro"));
+  std::vector<std::string> texts;
+  for (const TableCell& cell : table.rows.at(1)) texts.push_back(cell.text);
+  EXPECT_THAT(texts, ElementsAre("NIS", "optimistic", "2.750", "2.000", "1.500 … 2.500", "0.250", "30"));
+  EXPECT_EQ(table.rows[1][1].tone, CellTone::alarm);
+  logs.analysis.judgement.sensors.resize(1);
+  EXPECT_THAT(row_titles(log_verdicts(logs, 9)), ElementsAre("NEES", "NIS")) << "the only sensor is all";
+}
+
+TEST(LogTable, TheAnswerSaysHowFarItReaches) {
+  CheckedLogs logs = logs_with();
+  const std::string asked = "Can this covariance be trusted? ";
+  EXPECT_EQ(log_answer(logs), asked + "consistent: no evidence against it");
+  logs.analysis.evidence.has_truth = false;
+  EXPECT_THAT(log_answer(logs), HasSubstr("consistent as far as innovations can tell"));
+  Judgement& judgement = logs.analysis.judgement;
+  judgement.word.verdict = Verdict::undecided;
+  EXPECT_EQ(log_answer(logs), asked + "undecided");
+  judgement.nees.reason = "one run is too short";
+  EXPECT_EQ(log_answer(logs), asked + "undecided: one run is too short");
+  judgement.word.verdict = Verdict::optimistic;
+  judgement.word.says = "optimistic in yaw";
+  judgement.nees.factor.reason = "one run";
+  EXPECT_EQ(log_answer(logs), asked + "optimistic in yaw");
+  judgement.word.verdict = Verdict::mixed;
+  judgement.word.says = "optimistic in yaw; pessimistic in x";
+  EXPECT_EQ(log_answer(logs), asked + "mixed: optimistic in yaw; pessimistic in x");
+}
+
+TEST(LogTable, ARowThatRejectsBesideAnAnswerThatDoesNotIsExplained) {
+  CheckedLogs logs = logs_with({{"pos", Part::other}});
+  const auto explained = Contains(HasSubstr("Each row is judged by itself at 5 %"));
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  logs.analysis.judgement.blocks[0].verdict.verdict = Verdict::optimistic;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, explained);
+  logs.analysis.judgement.word.verdict = Verdict::optimistic;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  logs.analysis.judgement.word.verdict = Verdict::not_gaussian;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained)) << "has a note of its own";
+}
+
+TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {
+  CheckedLogs logs = logs_with();
+  logs.files = 2;
+  logs.unmatched_rows = 4;
+  logs.analysis.complete = false;
+  logs.analysis.evidence.step_stride = 2;
+  logs.analysis.evidence.rejected["P is not symmetric"] = {.count = 3, .first = "a.csv:7"};
+  for (std::int64_t run = 0; run < 2; ++run) {
+    logs.analysis.evidence.study.failures.push_back(
+        {.run = run, .step = 9, .outcome = Outcome::not_positive_definite});
+  }
+  logs.failures_said[1] = "singular";
+  const std::string failed(to_string(Outcome::not_positive_definite));
+  const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
+  EXPECT_EQ(notes.front(), "30 rows of 1 run in 2 files (CSV). Interrupted.");
+  EXPECT_THAT(notes, Contains(HasSubstr("of every 2nd step")));
+  EXPECT_THAT(notes, Contains("No truth at their time, and left out: 4 rows."));
+  EXPECT_THAT(notes, Contains("REJECTED: 3 rows, P is not symmetric (first: a.csv:7)."));
+  EXPECT_THAT(notes, Contains("FAILED: run 0, " + failed + " at step 9."));
+  EXPECT_THAT(notes, Contains("FAILED: run 1, " + failed + " at step 9: singular."));
+  // More than five: the first, and how many.
+  logs.analysis.evidence.study.failures.resize(6);
+  const std::vector<std::string> many = log_verdicts(logs, 9).notes;
+  EXPECT_THAT(many, Contains("… 6 runs failed in all."));
+  EXPECT_THAT(many, Not(Contains(HasSubstr("FAILED: run 1"))));
+}
+
+TEST(LogTable, StatisticsNameASensorUnlessItIsTheOnlyOne) {
+  Judgement judgement;
+  judgement.sensors.resize(2);
+  judgement.sensors[0].whiteness.p_value = 0.5;
+  judgement.sensors[0].mean.reason = "too few values";
+  judgement.sensors[0].fit.reason = "no law";
+  judgement.sensors[1].name = "gps";
+  judgement.sensors[1].fit.reason = "not tested: many values are equal";
+  const std::vector<std::string> said = log_statistics(judgement);
+  EXPECT_EQ(said.at(0), "innovation: test of whiteness in time p = 0.500; of mean zero too few values.");
+  EXPECT_THAT(said, Contains("NIS of gps against its chi-square law: not tested: many values are equal."));
+  EXPECT_THAT(said, Not(Contains(HasSubstr("no law"))));
+}
+
+TEST(LogTable, SaysThatAVehicleIsNoPose) {
+  CheckedLogs logs = logs_with();
+  EXPECT_EQ(logs.all_remarks(), logs.remarks);
+  logs.analysis.evidence.layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
+  logs.analysis.evidence.layout.angles = {false, false, false};
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Contains(HasSubstr("vehicle.… are 3 states, 0 of them angles")));
+}
+
+TEST(LogTable, ATinyPValueIsNoEquation) {
+  Judgement judgement;
+  judgement.sensors.resize(1);
+  judgement.sensors[0].name = "gps";
+  judgement.sensors[0].whiteness.p_value = 1e-20;
+  judgement.sensors[0].mean.p_value = 0.25;
+  EXPECT_THAT(log_statistics(judgement),
+              Contains("gps: test of whiteness in time p < 1e−12; of mean zero p = 0.250."));
+}
+
+}  // namespace
+}  // namespace credence::internal

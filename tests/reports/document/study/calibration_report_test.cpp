@@ -1,0 +1,118 @@
+#include "reports/document/study/calibration_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+DistanceBin length(double from_m, double adjusted) {
+  return {.from_m = from_m,
+          .to_m = from_m + 10.0,
+          .rows = 50,
+          .nees = {.mean = 1.5, .lower = 1.25, .upper = 1.75, .count = 6},
+          .p_value = adjusted,
+          .adjusted = adjusted};
+}
+
+std::string of_lengths(std::vector<DistanceBin> bins) {
+  Calibration calibration;
+  calibration.distance = std::move(bins);
+  const std::vector<std::string> sentences = calibration_sentences(calibration);
+  return sentences.empty() ? "" : sentences.back();
+}
+
+TEST(CalibrationSentences, TheClearestSignIsOfALengthThatWasTested) {
+  EXPECT_THAT(of_lengths({length(0.0, kNaN), length(10.0, 1.0), length(20.0, 1.0)}),
+              HasSubstr("The clearest sign that it is not 1: p = 1.00, 10 to 20 m (Holm over 3 lengths)."));
+  EXPECT_THAT(of_lengths({length(0.0, 0.5), length(10.0, kNaN), length(20.0, 0.25)}),
+              HasSubstr("p = 0.250, 20 to 30 m"));
+  EXPECT_THAT(of_lengths({length(0.0, kNaN)}), HasSubstr("There is no test with fewer than five runs."));
+  EXPECT_THAT(of_lengths({}), IsEmpty());
+}
+
+// As of errors that are all zero: any factor is 0 of 0.
+TEST(CalibrationSentences, WhatWasLeftOutIsToldWhereItHasAMean) {
+  Calibration calibration;
+  calibration.units = "runs";
+  calibration.unit_count = 20;
+  calibration.whole = {.name = "state", .factor = {.mean = 1.0, .lower = 0.9, .upper = 1.1, .count = 20}};
+  calibration.with_factor.nees = calibration.whole.factor;
+  calibration.with_factor.p_value = 0.5;
+  EXPECT_THAT(calibration_sentences(calibration)[0], HasSubstr("On runs left out"));
+  calibration.with_factor.nees.mean = kNaN;
+  EXPECT_THAT(calibration_sentences(calibration)[0], ::testing::Not(HasSubstr("On runs left out")));
+}
+
+TEST(UnitFactors, ComeBackFromTheDocumentAsTheyWere) {
+  Calibration calibration;
+  calibration.units = "runs";
+  const UnitFactors units{
+      .units = "runs", .names = {"a", "b"}, .parts = {"NEES", "yaw"}, .factors = {{1.5, kNaN}, {0.25, 2.0}}};
+  const UnitFactors back = unit_factors_of(calibration_json(calibration, units, {}));
+  EXPECT_EQ(back.units, "runs");
+  EXPECT_THAT(back.names, ElementsAre("a", "b"));
+  EXPECT_THAT(back.parts, ElementsAre("NEES", "yaw"));
+  EXPECT_EQ(back.factors[0][0], 1.5);
+  EXPECT_TRUE(std::isnan(back.factors[0][1])) << "null";
+  EXPECT_THAT(back.factors[1], ElementsAre(0.25, 2.0));
+  EXPECT_THAT(unit_factors_of(Json()).names, IsEmpty()) << "of logs without a truth";
+}
+
+TEST(SigmaTable, AStateWithoutANameHasItsNumberAndAnUntestedBinNoPValue) {
+  Calibration calibration;
+  calibration.bins = {{.state = 0, .lower = 1.0, .upper = 2.0, .claimed = 1.5, .rmse = 3.0, .rows = 7},
+                      {.state = 4, .lower = 1.0, .upper = 2.0, .claimed = 1.5, .rmse = 3.0, .rows = 7}};
+  for (SigmaBin& bin : calibration.bins) bin.p_value = bin.adjusted = kNaN;
+  const std::vector<std::string> names = {"x"};
+  const ReportTable table = sigma_table(calibration, names);
+  EXPECT_EQ(table.rows.at(0)[0].text, "x");
+  EXPECT_EQ(table.rows.at(1)[0].text, "x5");
+  EXPECT_EQ(table.rows.at(1)[5].text, "–");
+  EXPECT_EQ(table.rows.at(1)[6].text, "–");
+}
+
+// Numbers of a log with measurements that came late, whose RMSE 0.271 was outside its bar.
+TEST(SigmaFigure, APointIsOfTheQuantityThatItsBarIsOf) {
+  Calibration calibration;
+  calibration.bins = {{.state = 0,
+                       .claimed = 0.2,
+                       .rmse = 0.271,
+                       .rows = 70,
+                       .factor = {.mean = 1.5625, .lower = 1.2996, .upper = 1.7956}},
+                      {.state = 0,
+                       .claimed = 0.4,
+                       .rmse = 0.5,
+                       .rows = 70,
+                       .factor = {.mean = kNaN, .lower = kNaN, .upper = kNaN}}};
+  const Figure figure = sigma_figure("log", calibration, std::vector<std::string>{"x"});
+  const Series& measured = figure.panels.at(0).series.at(1);
+  EXPECT_NEAR(measured.y[0], 0.25, 1e-12) << "0.2 √1.5625";
+  EXPECT_NEAR(measured.lower[0], 0.228, 1e-12);
+  EXPECT_NEAR(measured.upper[0], 0.268, 1e-12);
+  EXPECT_EQ(measured.y[1], 0.5) << "without a factor";
+}
+
+TEST(CalibrationJson, FactorsByPartAreNullWhereTheStateIsOnePart) {
+  Calibration calibration;
+  const std::vector<std::string> states = {"x"};
+  const auto held_out = [&] { return calibration_json(calibration, {}, states)["held_out_nees_over_dof"]; };
+  EXPECT_TRUE(held_out()["with_part_factors"].is_null());
+  EXPECT_TRUE(held_out()["with_factor"].is_object());
+  calibration.parts.resize(2);
+  EXPECT_TRUE(held_out()["with_part_factors"].is_object());
+}
+
+}  // namespace
+}  // namespace credence::internal

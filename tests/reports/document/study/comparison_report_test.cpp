@@ -1,0 +1,147 @@
+#include "reports/document/study/comparison_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "core/nan.h"
+#include "reports/render/write_document.h"
+#include "tests/temporary_folder.h"
+
+namespace credence::internal {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+ComparedStudy study(const std::string& name, const std::string& noise, std::vector<double> runs) {
+  return {.name = name,
+          .runs = static_cast<std::int64_t>(runs.size()),
+          .verdict = "consistent",
+          .factor = {.mean = 1.0, .lower = 0.9, .upper = 1.1},
+          .nees = {3.0, 3.0},
+          .nis = {2.0, 2.0},
+          .noise = noise,
+          .nees_of_runs = std::move(runs)};
+}
+
+ReportTable table_of(const std::vector<ComparedStudy>& studies) {
+  return std::get<ReportTable>(comparison_document(studies, 0.95).brief.back());
+}
+
+TEST(Comparison, DifferencesArePairedRunByRun) {
+  // Differences 0.1, 0.2, 0.3: mean 0.2, standard error 0.1/√3; t_{0.975}(2) = 4.302653 (tables).
+  const auto d = paired_difference(study("b", "w", {1.1, 0.7, 1.8}), study("a", "w", {1.0, 0.5, 1.5}), 0.95);
+  ASSERT_TRUE(d.has_value());
+  EXPECT_NEAR(d->interval.mean, 0.2, 1e-15);
+  EXPECT_NEAR(d->interval.upper - d->interval.mean, 4.302653 * 0.1 / std::sqrt(3.0), 1e-6);
+  EXPECT_EQ(d->interval.count, 3);
+  // t = 2 √3 with two dof: p = 1 − t/√(t² + 2).
+  EXPECT_NEAR(d->p_value, 1.0 - std::sqrt(12.0 / 14.0), 1e-12);
+}
+
+TEST(Comparison, PValuesOfDifferencesAreAdjustedForTheStudies) {
+  const std::vector<ComparedStudy> studies = {
+      study("a", "w", {1.0, 0.5, 1.5}), study("b", "w", {1.1, 0.7, 1.8}), study("c", "v", {1.1, 0.7, 1.8}),
+      study("d", "w", {1.0, 0.6, 1.4})};
+  const auto all = differences_from_first(studies, 0.95);
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_FALSE(all[0] || all[2]) << "the first, and one of other noise";
+  EXPECT_NEAR(all[1]->adjusted, 2.0 * all[1]->p_value, 1e-15);
+  EXPECT_NEAR(all[3]->p_value, 1.0, 1e-12) << "0, 0.1, −0.1";
+  EXPECT_NEAR(all[3]->adjusted, 1.0, 1e-12);
+  const auto j = nlohmann::json::parse(comparison_document(studies, 0.95).json());
+  EXPECT_EQ(j["studies"][1]["paired_difference"]["adjusted_p_value"].get<double>(), all[1]->adjusted);
+  EXPECT_THAT(table_of(studies).rows[1].back().text, HasSubstr(", p = 0.148"));
+}
+
+TEST(Comparison, RunsOfOtherNoiseOrOfUnknownNoiseAreNotPaired) {
+  const ComparedStudy a = study("a", "w", {1.0, 0.5, 1.5});
+  EXPECT_EQ(paired_difference(study("b", "other", {1.0, 0.5, 1.5}), a, 0.95), std::nullopt);
+  EXPECT_EQ(paired_difference(study("b", "", {1.0, 0.5}), study("a", "", {1.0, 0.5}), 0.95), std::nullopt);
+  EXPECT_EQ(paired_difference(study("b", "w", {1.0}), a, 0.95), std::nullopt);
+  EXPECT_TRUE(paired_difference(study("b", "w", {1.0, 0.4}), a, 0.95).has_value())
+      << "of the runs that both have";
+}
+
+TEST(Comparison, TheTableSaysWhatTheDocumentSays) {
+  const std::vector<ComparedStudy> studies = {
+      study("a", "w", {1.0, 0.5, 1.5}), study("b", "w", {1.1, 0.7, 1.8}), study("c", "v", {1.1, 0.7, 1.8})};
+  const ReportTable table = table_of(studies);
+  ASSERT_EQ(table.rows.size(), 3U);
+  EXPECT_EQ(table.rows[0].back().text, "–");
+  EXPECT_THAT(table.rows[1].back().text, HasSubstr("0.200 ("));
+  EXPECT_EQ(table.rows[2].back().text, "–");
+  EXPECT_EQ(table.rows[1][2].tone, CellTone::good);
+  const auto j = nlohmann::json::parse(comparison_document(studies, 0.95).json());
+  EXPECT_NEAR(j["studies"][1]["paired_difference"]["value"].get<double>(), 0.2, 1e-15);
+  EXPECT_TRUE(j["studies"][2]["paired_difference"].is_null());
+  EXPECT_TRUE(j["studies"][0]["vehicle_nees"].is_null());
+}
+
+TEST(Comparison, DocumentsAreReadAndOthersRefused) {
+  const std::string one = R"({"runs": 5, "verdict": "optimistic", "scenario": {"name": "loop"},
+    "nees": {"mean": 4.0, "expected": 3.0, "factor": {"value": 1.3, "lower": 1.1, "upper": null}},
+    "nis": {"mean": null, "expected": 2.0}})";
+  const auto read = compared_documents("a.json", one);
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0].name, "loop");
+  EXPECT_EQ(read[0].nees.mean, 4.0);
+  EXPECT_EQ(read[0].factor.mean, 1.3);
+  EXPECT_TRUE(std::isnan(read[0].factor.upper) && std::isnan(read[0].nis.mean));
+  EXPECT_EQ(table_of(read).rows[0][6].text, "–") << "no NIS";
+  EXPECT_EQ(compared_documents("two.json", R"({"studies": [)" + one + "," + one + "]}").size(), 2U);
+  for (const char* wrong : {"", "[1]", "{}", "3", R"({"runs": 1, "verdict": "x"})", R"({"studies": [1]})"}) {
+    EXPECT_THROW(compared_documents("wrong.json", wrong), std::invalid_argument) << wrong;
+  }
+}
+
+std::vector<ComparedStudy> two_studies() {
+  return {{.name = "plain",
+           .verdict = "optimistic",
+           .factor = {.mean = 1.5},
+           .noise = "w",
+           .nees_of_runs = {1.4, 1.5, 1.6},
+           .nees_of_steps = {1.0, 1.5, 2.0}},
+          {.name = "cautious",
+           .verdict = "consistent",
+           .factor = {.mean = 0.95},
+           .noise = "w",
+           .nees_of_runs = {0.9, 0.95, 1.0},
+           .nees_of_steps = {1.0, 0.95, 0.9}}};
+}
+
+std::string page_of(const std::vector<ComparedStudy>& studies) {
+  const TemporaryFolder folder;
+  write_document(comparison_document(studies, 0.95), folder.path());
+  return folder.read("index.html");
+}
+
+TEST(Comparison, AnswersWhoIsNotToBeTrustedAndWhoIsNearest) {
+  const ReportAnswer answer = comparison_document(two_studies(), 0.95).answer;
+  EXPECT_EQ(answer.text, "1 of 2 cannot be trusted: plain; nearest to right: cautious, factor on P 0.950");
+  EXPECT_EQ(answer.tone, CellTone::alarm);
+  const std::vector<ComparedStudy> unknown = {
+      {.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}}};
+  EXPECT_EQ(comparison_document(unknown, 0.95).answer.text, "Of 1 results none is called optimistic");
+}
+
+TEST(Comparison, ThePageHasTheTableAndTheCurvesThatAreKnown) {
+  const std::string page = page_of(two_studies());
+  for (const char* part :
+       {"1 of 2 cannot be trusted", "id=\"figure-comparison\"", "Against the first", "NEES"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  std::vector<ComparedStudy> documents = two_studies();
+  for (ComparedStudy& study : documents) {
+    study.nees_of_runs.clear();
+    study.nees_of_steps.clear();
+  }
+  EXPECT_THAT(page_of(documents), Not(HasSubstr("figure-comparison")));
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,214 @@
+#include "reports/document/study/judgement_report.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <numbers>
+
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Of which nothing is told of the law of the errors.
+Judgement without_law() {
+  Judgement judgement;
+  judgement.law.equivalence.p_value = kNaN;
+  judgement.law.second_moments.test.reason = "none";
+  judgement.law.log_score.reason = "none";
+  return judgement;
+}
+
+/// Sentences on runs that would settle a mean NEES of this share of the expected one.
+std::vector<std::string> settling(double observed, double below, double above) {
+  Judgement judgement = without_law();
+  judgement.settle_nees = {
+      .observed_factor = observed, .runs = 40, .detectable = {.below = below, .above = above}};
+  return statistics_sentences(judgement);
+}
+
+TEST(StatisticsSentences, EveryPercentageIsOfOneKind) {
+  // Factors of 0.8 and of 1.25 are both off by 25 %: one is the inverse of the other.
+  EXPECT_THAT(
+      settling(0.8, 0.8, 1.25),
+      ElementsAre(
+          "NEES: these runs would have revealed P too small by 25 % or too large by 25 %; to reveal the 25 % "
+          "by which it looks too large would take 40 runs (power 90 %)."));
+  EXPECT_THAT(
+      settling(1.25, 0.5, 1.5).front(),
+      HasSubstr("too small by 50 % or too large by 100 %; to reveal the 25 % by which it looks too small"));
+}
+
+TEST(StatisticsSentences, FactorsFarFromOneAreWrittenOut) {
+  EXPECT_THAT(settling(1.05, 0.25, 4.0).front(), HasSubstr("too small by 300 % or too large by 300 %"));
+  EXPECT_THAT(settling(1.05, 0.0, kInfinity).front(), HasSubstr("too small by ∞ % or too large by ∞ %"));
+  EXPECT_THAT(settling(1.0049, 0.99, 1.0101).front(),
+              HasSubstr("by 1 % or too large by 1 %; to reveal the 0.49 % by which it looks too small"));
+}
+
+// Of a state of more than 24 the directions of its first block alone are looked at.
+TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
+  Judgement judgement = without_law();
+  SecondMomentJudgement& second = judgement.law.second_moments;
+  second.test.reason = {};
+  second.test.p_value = {.optimistic = 0.5, .pessimistic = 0.25};
+  second.worst = "x with y";
+  EXPECT_THAT(statistics_sentences(judgement).front(), HasSubstr("their mean squares agree with P (p"));
+  second.of = "pose";
+  EXPECT_THAT(
+      statistics_sentences(judgement).front(),
+      HasSubstr("agree with P of the block pose, the only one looked at in a state of more than 24 (p"));
+}
+
+TEST(StopSentence, SaysThatNoFactorFitsAllStepsInWords) {
+  StudyAnalysis analysis;
+  analysis.statistics.runs = 64;
+  analysis.scenario.study.runs = 640;
+  analysis.stop = StopDecision{.stop = true, .reason = "verdict", .verdict = Verdict::optimistic};
+  analysis.stop->p_value = 0.001;
+  analysis.stop->scale = {1.5, 2.0};
+  EXPECT_EQ(stop_sentence(analysis),
+            "Stopped by verdict after 64 of at most 640 runs: optimistic, however often one looked (p = "
+            "0.00100); P "
+            "times a factor from 1.50 to 2.00 agrees with what was seen.");
+  analysis.stop->scale = {kNaN, kNaN};
+  EXPECT_THAT(stop_sentence(analysis),
+              HasSubstr("; no single factor on P agrees with what was seen at all steps."));
+  analysis.timed_out = true;
+  EXPECT_EQ(stop_sentence(analysis),
+            "Out of time after 64 of at most 640 runs: optimistic so far, at any look p = 0.00100.");
+}
+
+TEST(AdviceSentences, TheBlockResponsibleIsNamedWithItsNumbers) {
+  Judgement judgement;
+  judgement.word.verdict = Verdict::optimistic;
+  judgement.scale_covariance.reason = "none";
+  BlockVerdict heading{.name = "heading", .verdict = {}};
+  heading.verdict.verdict = Verdict::optimistic;
+  heading.verdict.mean = 3.25;
+  heading.verdict.expected = 1.0;
+  judgement.blocks = {heading};
+  judgement.responsible.index = 0;
+  EXPECT_THAT(
+      advice_sentences(judgement),
+      ElementsAre(
+          "Most of the inconsistency is in the block “heading”, which is optimistic: mean NEES 3.250 where "
+          "1.000 is expected."));
+  judgement.responsible.index = -1;
+  judgement.responsible.joint_only = true;
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre(HasSubstr("the correlations between blocks are wrong")));
+  judgement.word.verdict = Verdict::not_gaussian;
+  EXPECT_THAT(advice_sentences(judgement), IsEmpty()) << "P is right";
+}
+
+TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
+  Judgement judgement;
+  judgement.word.verdict = Verdict::pessimistic;
+  judgement.scale_covariance = {.factor = 0.5, .lower = 0.25, .upper = 0.75};
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre("Scaling P by 0.500 (0.250 … 0.750) would make the mean NEES right."));
+  judgement.nees.factor = {.mean = 0.5, .lower = 0.25, .upper = 0.75};
+  judgement.nees.confidence = 0.95;
+  judgement.blocks = {{.name = "pos", .verdict = judgement.nees}};
+  judgement.blocks.front().verdict.factor = {.mean = 0.01, .lower = 0.005, .upper = 0.015};
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre("Scaling P by 0.500 (0.250 … 0.750) would make the mean NEES right but leave pos "
+                          "pessimistic."));
+  judgement.blocks.clear();
+  judgement.scale_covariance.upper = 1.25;
+  EXPECT_THAT(advice_sentences(judgement), IsEmpty());
+  judgement.scale_covariance.upper = 0.75;
+  judgement.word.verdict = Verdict::mixed;
+  EXPECT_THAT(advice_sentences(judgement), IsEmpty())
+      << "no factor suits what is larger here and smaller there";
+  judgement.word.verdict = Verdict::consistent;
+  judgement.nis.verdict = Verdict::optimistic;
+  judgement.responsible.index = 0;
+  judgement.blocks = {{.name = "pos", .verdict = judgement.nees}};
+  EXPECT_THAT(advice_sentences(judgement), IsEmpty()) << "nothing is to be mended";
+}
+
+TEST(TestsTable, ATestFailsAloneUnlessHolmRejectsItToo) {
+  Judgement judgement;
+  judgement.confidence = 0.95;
+  judgement.tests = {{"a", Exactness::exact, 1e-9, 1e-8, ""},
+                     {"b", Exactness::exact, 0.02, 0.2, ""},
+                     {"c", Exactness::exact, 0.5, 1.0, ""},
+                     {"d", Exactness::exact, kNaN, kNaN, "no data"}};
+  std::vector<std::string> says;
+  for (const auto& row : tests_table(judgement).rows) says.push_back(row[4].text);
+  EXPECT_THAT(says, ElementsAre("fails", "fails alone", "passes", "not tested"));
+  EXPECT_EQ(tests_table(judgement).rows[3][2].text, "–");
+}
+
+TEST(AccuracyTable, AnglesAreInDegreesAndEfficiencyIsOfSquares) {
+  BlockAccuracy heading;
+  heading.of = "heading";
+  heading.unit = "rad";
+  const double degree = std::numbers::pi / 180.0;
+  heading.squared_error = {
+      .mean = 4.0 * degree * degree, .lower = degree * degree, .upper = 9.0 * degree * degree, .count = 20};
+  heading.claimed = 25.0 * degree * degree;
+  heading.bound = heading.at_truth = kNaN;
+  Judgement judgement = without_law();
+  judgement.accuracy = {heading};
+  const auto texts = [&](const PosteriorBound* bound) {
+    std::vector<std::string> all;
+    const ReportTable table = accuracy_table(judgement, bound);
+    for (const TableCell& cell : table.rows.at(0)) all.push_back(cell.text);
+    return all;
+  };
+  EXPECT_THAT(texts(nullptr), ElementsAre("heading (°)", "2.00 (1.00 … 3.00)", "5.00"));
+  judgement.accuracy[0].bound = degree * degree;
+  judgement.accuracy[0].at_truth = 1.21 * degree * degree;
+  const PosteriorBound bound;
+  EXPECT_THAT(texts(&bound), ElementsAre("heading (°)", "2.00 (1.00 … 3.00)", "5.00", "1.10", "1.00",
+                                         "0.250 (0.111 … 1.00)"));
+  EXPECT_THAT(accuracy_table(judgement, &bound).notes, Not(Contains(HasSubstr("loose"))))
+      << "1/1.21 is above 0.8";
+  judgement.accuracy[0].squared_error.lower = judgement.accuracy[0].squared_error.upper = kNaN;  // of one run
+  EXPECT_EQ(texts(nullptr)[1], "2.00");
+  EXPECT_THAT(
+      statistics_sentences(judgement),
+      Contains(
+          "RMSE beside P and the posterior Cramér-Rao bound: heading (°) 2.00, P claims 5.00, bound 1.00."));
+  judgement.accuracy[0].at_truth = 1.3 * degree * degree;
+  EXPECT_THAT(accuracy_table(judgement, &bound).notes, Contains(HasSubstr("loose")));
+  EXPECT_THAT(statistics_sentences(judgement),
+              Contains(HasSubstr("P claims 5.00, with Jacobians at the truth 1.14, bound 1.00 (loose).")))
+      << "√1.3";
+}
+
+TEST(EvidenceFigure, TheBarsOfTheHistogramHaveTheDensityOfWhatWasCounted) {
+  Judgement judgement;
+  SensorJudgement& sensor = judgement.sensors.emplace_back();
+  sensor.fit.count = 640;
+  sensor.histogram.assign(64, 0);
+  sensor.histogram[0] = 100;  // in the first of 32 bars
+  sensor.histogram[1] = 60;
+  sensor.histogram[63] = 480;
+  sensor.whiteness.reason = "none";
+  const Figure figure = evidence_figure("x", judgement);
+  ASSERT_EQ(figure.panels.size(), 1U);
+  const Series& expected = figure.panels[0].series.at(0);
+  const Series& bars = figure.panels[0].series.at(1);
+  ASSERT_EQ(bars.y.size(), 33U) << "the last step ends at 1";
+  EXPECT_DOUBLE_EQ(bars.y[0], 160.0 / 640.0 * 32.0);
+  EXPECT_EQ(bars.y[1], 0.0);
+  EXPECT_DOUBLE_EQ(bars.y[31], 480.0 / 640.0 * 32.0);
+  // A bar of a uniform law holds Binomial(640, 1/32): its density has variance 32² (1/32) (31/32) / 640.
+  EXPECT_NEAR(expected.upper[0] - 1.0, 2.0 * std::sqrt(31.0 / 640.0), 1e-12);
+  EXPECT_NO_THROW(validate(figure));
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,35 @@
+#include "reports/document/sweep/planar_table_report.h"
+
+#include <gmock/gmock.h>
+
+#include <vector>
+
+namespace credence::internal {
+namespace {
+
+ReportAnswer answer_of(const std::vector<LongRun>& verdicts) {
+  PlanarStability analysis;
+  for (const LongRun verdict : verdicts) {
+    PlanarFollowed followed;
+    followed.at = Linearisation::truth;
+    followed.growth.verdict = verdict;
+    analysis.followed.push_back(followed);
+  }
+  SweepPlan plan;
+  plan.points.resize(1);
+  return planar_table_document(plan, {analysis}).answer;
+}
+
+TEST(PlanarTableReport, OthersGrowOnlyWhereThereAreOthers) {
+  using enum LongRun;
+  EXPECT_EQ(answer_of({bounded, growing, failed}).text,
+            "With Jacobians at the truth P stays bounded in 1 of 3 filters, and grows in the others");
+  EXPECT_EQ(answer_of({bounded, bounded}).text,
+            "With Jacobians at the truth P stays bounded in all 2 filters");
+  EXPECT_EQ(answer_of({bounded, bounded}).tone, CellTone::good);
+  EXPECT_EQ(answer_of({growing}).text, "With Jacobians at the truth P stays bounded in none of 1 filters");
+  EXPECT_EQ(answer_of({growing}).tone, CellTone::caution);
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,98 @@
+#include "reports/document/sweep/sweep_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/worlds/registry.h"
+#include "reports/document/study/study_json.h"
+#include "reports/render/write_document.h"
+#include "tests/reports/document/parts_of.h"
+#include "tests/temporary_folder.h"
+
+namespace credence::internal {
+namespace {
+
+/// Of `studied` points of a sweep of three.
+SweepAnalysis sweep_of(std::size_t studied, const std::string& sizes = "[1, 2, 3]") {
+  SweepPlan plan = plan_sweep(read_scenario_text(
+      "[world]\nmodel = \"monobot\"\n[study]\nruns = 20\nsteps = 6\n[sweep]\nworld.landmarks = " + sizes +
+          "\n",
+      "sweep.toml"));
+  plan.name = "sizes";
+  std::vector<StudyAnalysis> studies;
+  for (std::size_t i = 0; i < studied; ++i) {
+    const Scenario& scenario = plan.points[i].scenario;
+    const auto experiment = make_experiment(scenario);
+    const StudyTask task{"", experiment.get(), scenario.study.runs};
+    studies.push_back(analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front())));
+  }
+  return analyse_sweep(std::move(plan), std::move(studies));
+}
+
+TEST(SweepDocument, HasARowForEveryConfigurationInTableDataAndFile) {
+  const TemporaryFolder folder;
+  const SweepAnalysis sweep = sweep_of(3);
+  const Document document = sweep_document(sweep);
+  const auto& table = std::get<ReportTable>(document.brief.front());
+  ASSERT_EQ(table.rows.size(), 3U);
+  EXPECT_EQ(table.rows[2].front().text, "3");
+  const auto json = nlohmann::ordered_json::parse(document.json());
+  ASSERT_EQ(json["configurations"].size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    auto study = json["configurations"][i];
+    EXPECT_EQ(study["swept"]["world.landmarks"], i + 1);
+    study.erase("swept");
+    study.erase("sweep_p_value");
+    EXPECT_EQ(study, as_read(study_json(sweep.studies[i]))) << "as run gives it";
+  }
+  write_document(document, folder.path(), {});
+  EXPECT_EQ(std::ranges::count(folder.read("sweep.csv"), '\n'), 1 + 3);
+  EXPECT_THAT(folder.read("index.html"), testing::HasSubstr("href=\"sweep.csv\""));
+}
+
+TEST(SweepDocument, AConfigurationWithFailedRunsIsCountedAndNotNearestToRight) {
+  SweepAnalysis sweep = sweep_of(3);
+  const std::string all_ran = sweep_document(sweep).answer.text;
+  ASSERT_THAT(all_ran, testing::HasSubstr("nearest to right: "));
+  EXPECT_THAT(all_ran, testing::Not(testing::HasSubstr("failed")));
+  for (StudyAnalysis& study : sweep.studies) {
+    study.statistics.failures = {{.run = 3, .step = 2, .outcome = Outcome::diverged}};
+  }
+  const ReportAnswer answer = sweep_document(sweep).answer;
+  EXPECT_THAT(answer.text, testing::EndsWith("; runs failed in 3 of them"));
+  EXPECT_EQ(answer.tone, CellTone::alarm);
+}
+
+TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
+  const Document document = sweep_document(sweep_of(1));
+  const auto& table = std::get<ReportTable>(document.brief.front());
+  EXPECT_EQ(table.rows.size(), 1U);
+  EXPECT_THAT(table.notes, testing::Contains("1 of 3 configurations have results"));
+}
+
+TEST(SweepDocument, NamesTheConfigurationsInWhichAnIterationDidNotSettle) {
+  SweepAnalysis sweep = sweep_of(3);
+  const auto said = [&] {
+    const Document document = sweep_document(sweep);
+    std::vector<std::string> notes;
+    for (const std::string& note : std::get<ReportTable>(document.brief.front()).notes) {
+      if (note.find("converged") != std::string::npos) notes.push_back(note);
+    }
+    return notes;
+  };
+  EXPECT_THAT(said(), testing::IsEmpty());
+  sweep.studies[1].statistics.not_converged = {{.run = 3, .steps = 2}, {.run = 7, .steps = 1}};
+  EXPECT_THAT(said(), testing::ElementsAre(testing::HasSubstr(
+                          "in 1 of 3 configurations; its last iterate is used there: world.landmarks = 2 (in "
+                          "2 of 20 runs).")));
+  sweep.studies[2].statistics.not_converged = {{.run = 0, .steps = 6}};
+  EXPECT_THAT(said(), testing::ElementsAre(testing::HasSubstr("; world.landmarks = 3 (in 1 of 20 runs).")));
+}
+
+}  // namespace
+}  // namespace credence::internal
