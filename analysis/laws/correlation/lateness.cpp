@@ -48,9 +48,9 @@ void merge_lateness(const VectorMoments& later, VectorMoments& runs) {
 }
 
 LatenessTest test_lateness(const VectorMoments& runs) {
-  constexpr std::int64_t kFewestRuns = 10;
+  constexpr std::int64_t kFewest = 10;
   constexpr double kLeastVaried = 0.1;
-  if (runs.count < kFewestRuns) return no_lateness(runs.count, "fewer than ten runs");
+  if (runs.count < kFewest) return no_lateness(runs.count, "fewer than ten runs");
   if (!runs.mean.allFinite() || !runs.scatter.allFinite()) {
     return no_lateness(runs.count, "a value is not finite");
   }
