@@ -7,6 +7,7 @@
 #include <complex>
 #include <nlohmann/json.hpp>
 
+#include "montecarlo/scenario/world_schema.h"
 #include "tests/reports/document/parts_of.h"
 
 namespace credence::internal {
