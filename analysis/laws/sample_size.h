@@ -20,8 +20,8 @@ struct VerdictDesign {
   double effective_steps = 1.0;  ///< for NEES: independent steps (effective_sample.h); 1 is fully correlated
   double run_skewness = 0.0;     ///< for NEES: of the average of a run; 0: that of a multiple of χ²
   double least_dof = 0.0;        ///< for NEES: of any step of a run; 0: dof_per_step
-  int simulated_studies =
-      0;  ///< for NEES: by which the power of whole runs is found; 0: by a law of their sum
+  int simulated_studies = 0;  ///< for NEES: by which the power of whole runs is found; 0: by a law of their
+                              ///< sum, which of few runs finds a P too large more often than the verdict does
 };
 
 /// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a

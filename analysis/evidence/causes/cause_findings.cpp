@@ -137,8 +137,7 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e)
   const SecondMoments& second = e.law.second_moments;
   if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
   ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
-  static_assert(LawSums::kLargestAveraged == 24);
-  if (std::ssize(e.layout.states) > LawSums::kLargestAveraged) result.reason = "more than 24 states";
+  if (std::ssize(e.layout.states) > largest_averaged(e.layout)) result.reason = "too many states";
   if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs";
   if (!result.reason.empty()) {
     result.p_value = kNaN;

@@ -41,6 +41,7 @@ constexpr Index kFewStates = 12;
 
 /// A whole state is compared over the runs up to this dimension.
 constexpr Index kLargestState = 60;
+static_assert(is_whitened(kLargestAveragedMap, 1000, 3, 100), "every step of what is averaged is whitened");
 static_assert(StretchSums::kMostRuns == kFewRuns, "every step of what is compared in stretches is whitened");
 
 /// Φ⁻¹(u) of a probability, finite at 0 and 1.
@@ -108,12 +109,12 @@ void EvidenceRecorder::list_blocks() {
     block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
   }
   const Index all = std::ssize(layout_.states);
-  if (all <= LawSums::kLargestAveraged) {
+  if (const Index largest = largest_averaged(layout_); all <= largest) {
     averaged_dim_ = all;
   } else if (!layout_.blocks.empty()) {
     const Block& first = layout_.blocks.front();
     const Index dim = std::ssize(first.states);
-    if (dim <= LawSums::kLargestAveraged) averaged_dim_ = dim;
+    if (dim <= largest) averaged_dim_ = dim;
     averaged_ = first.name;
   }
   if (sums_.law.second_moments.dim() == 0) sums_.law.averaged = averaged_;
@@ -292,7 +293,7 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   if (!layout_.joint_covariance) return;
   if (run.few && std::ssize(layout_.states) > kFewStates) add_large(run.law, step);
   if (averaged_.empty()) {
-    if (whole.whitened.size() == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
+    if (whole.dof == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
   } else if (step.blocks.front().dof == averaged_dim_) {
     const std::vector<Index>& first = places.of_block.front();
     first_variance_.resize(std::ssize(first));

@@ -31,6 +31,14 @@ Matrix square_of(const VectorMoments& m) {
 
 }  // namespace
 
+Index largest_averaged(const RunLayout& layout) {
+  constexpr Index kLargest = 24;
+  const auto of_map = [](const Block& block) {
+    return block.part == Part::landmark || block.part == Part::map;
+  };
+  return std::ranges::any_of(layout.blocks, of_map) ? kLargestAveragedMap : kLargest;
+}
+
 void RunWhitened::add(const Vector& whitened, bool thinned) {
   constexpr Index kGroupsAtLeast = 32;
   const Index dim = whitened.size();

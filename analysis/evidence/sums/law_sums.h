@@ -8,6 +8,7 @@
 #include "analysis/laws/shape/consistency_vector_moments.h"
 #include "analysis/laws/shape/second_moments.h"
 #include "analysis/laws/shape/tail_weight.h"
+#include "core/record/run_layout.h"
 #include "montecarlo/engine/skewed_moments.h"
 
 /// @file
@@ -56,11 +57,14 @@ struct StretchSums {
   bool takes(Index dim);
 };
 
+/// The largest map whose errors are averaged whole: of a larger one not every step is whitened, and a study
+/// has the landmarks that nothing has seen, its logs not.
+inline constexpr Index kLargestAveragedMap = 12;
+/// The largest state whose errors are averaged over each run; of a larger one those of its first block are.
+Index largest_averaged(const RunLayout& layout);
+
 /// Of all runs.
 struct LawSums {
-  /// A larger state is looked at by its first block. Of a study of many runs of more than twelve states the
-  /// steps that are whitened (is_whitened) are averaged.
-  static constexpr Index kLargestAveraged = 24;
   static constexpr Index kLargestShape = 24;
 
   std::string averaged{};                            ///< the block that second_moments is of; "": the state

@@ -1,5 +1,7 @@
 #include "analysis/evidence/verdicts/verdict.h"
 
+#include <ostream>
+
 namespace credence::internal {
 
 Verdict direction_of(bool optimistic, bool pessimistic) {
@@ -32,5 +34,7 @@ std::string_view to_string(Verdict verdict) {
   }
   return "undecided";
 }
+
+std::ostream& operator<<(std::ostream& out, Verdict verdict) { return out << to_string(verdict); }
 
 }  // namespace credence

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <iosfwd>
 #include <string_view>
 
 namespace credence {
@@ -16,6 +17,8 @@ enum class Verdict {
 
 /// "consistent", "optimistic", "pessimistic", "mixed", "not Gaussian" or "undecided".
 std::string_view to_string(Verdict verdict);
+/// Prints this word, also in a message of a test.
+std::ostream& operator<<(std::ostream& out, Verdict verdict);
 
 /// Whether the data speak against the covariance, in either direction.
 inline bool is_inconsistent(Verdict verdict) {

@@ -4,7 +4,6 @@
 
 #include <map>
 #include <memory>
-#include <ostream>
 #include <utility>
 
 #include "core/nan.h"
@@ -16,8 +15,6 @@
 namespace credence {
 
 using namespace internal;
-
-std::ostream& operator<<(std::ostream& out, Verdict verdict) { return out << to_string(verdict); }
 
 JudgedFilter::JudgedFilter(Judged judged) : judged_(std::make_shared<const Judged>(std::move(judged))) {}
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,9 +15,6 @@ struct Judged;
 }  // namespace credence::internal
 
 namespace credence {
-
-/// Prints its word, also in a message of a test.
-std::ostream& operator<<(std::ostream& out, Verdict verdict);
 
 /// A factor on a covariance with its interval; NaN, and a reason, where it is not known.
 struct Factor {

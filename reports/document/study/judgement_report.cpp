@@ -213,8 +213,8 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty()
                         ? ""
-                        : fmt::format(" of the block {}, the only one looked at in a state of more than {}",
-                                      b.law.second_moments.of, LawSums::kLargestAveraged),
+                        : fmt::format(" of the block {}, the only one looked at in so large a state",
+                                      b.law.second_moments.of),
                     p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }

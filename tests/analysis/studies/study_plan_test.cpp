@@ -47,7 +47,7 @@ Power simulated_power(double factor, std::int64_t runs, int studies) {
 TEST(StudyPlan, PlannedRunsHaveThePlannedPower) {
   constexpr int kStudies = 300;
   const SyntheticFilter filter({});
-  VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0};
+  VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0, .simulated_studies = 1000};
   design.effective_steps = linear_nees_time_law(filter.transitions(), filter.covariances()).effective_steps;
   VerdictDesign white = design;
   white.white = true;

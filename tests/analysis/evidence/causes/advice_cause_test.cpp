@@ -600,11 +600,11 @@ TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
 TEST(CauseRules, WhatIsLeftSaysWhichTestItLacks) {
   Findings findings = findings_of(2.0, 1.0);
   EXPECT_EQ(find_causes(findings)[0].why.find("not tested"), std::string::npos);
-  findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "more than 24 states"};
+  findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "too many states"};
   for (const bool nonlinear : {false, true}) {
     findings.nonlinear = nonlinear;
     EXPECT_NE(
-        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: more than 24 states"),
+        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: too many states"),
         std::string::npos);
   }
 }

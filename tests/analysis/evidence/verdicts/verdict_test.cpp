@@ -15,6 +15,7 @@ TEST(VerdictWord, IsInconsistentWhereACovarianceIsAccused) {
               {Verdict::not_gaussian, "not Gaussian", false}, {Verdict::undecided, "undecided", false}};
   for (const auto& [verdict, word, inconsistent] : kAll) {
     EXPECT_EQ(to_string(verdict), word);
+    EXPECT_EQ(::testing::PrintToString(verdict), word);
     EXPECT_EQ(is_inconsistent(verdict), inconsistent) << word;
   }
 }

@@ -22,10 +22,6 @@ CheckedLogs without_rows() {
   return logs;
 }
 
-TEST(JudgedFilter, TestsPrintAVerdictAsItsWord) {
-  EXPECT_EQ(::testing::PrintToString(Verdict::not_gaussian), "not Gaussian");
-}
-
 TEST(JudgedFilter, SaysWhyNothingIsKnownOfNoData) {
   const JudgedFilter judged(judged_logs(without_rows()));
   EXPECT_EQ(judged.verdict(), Verdict::undecided);

@@ -54,7 +54,7 @@ TEST(StatisticsSentences, FactorsFarFromOneAreWrittenOut) {
               HasSubstr("by 1 % or too large by 1 %; to reveal the 0.49 % by which it looks too small"));
 }
 
-// Of a state of more than 24 the directions of its first block alone are looked at.
+// Of a large state the directions of its first block alone are looked at.
 TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
   Judgement judgement = without_law();
   SecondMomentJudgement& second = judgement.law.second_moments;
@@ -63,9 +63,8 @@ TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
   second.worst = "x with y";
   EXPECT_THAT(statistics_sentences(judgement).front(), HasSubstr("their mean squares agree with P (p"));
   second.of = "pose";
-  EXPECT_THAT(
-      statistics_sentences(judgement).front(),
-      HasSubstr("agree with P of the block pose, the only one looked at in a state of more than 24 (p"));
+  EXPECT_THAT(statistics_sentences(judgement).front(),
+              HasSubstr("agree with P of the block pose, the only one looked at in so large a state (p"));
 }
 
 TEST(StopSentence, SaysThatNoFactorFitsAllStepsInWords) {
