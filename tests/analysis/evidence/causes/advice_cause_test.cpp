@@ -603,9 +603,8 @@ TEST(CauseRules, WhatIsLeftSaysWhichTestItLacks) {
   findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "too many states"};
   for (const bool nonlinear : {false, true}) {
     findings.nonlinear = nonlinear;
-    EXPECT_NE(
-        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: too many states"),
-        std::string::npos);
+    EXPECT_NE(find_causes(findings)[0].why.find("lacks cross-covariances was not tested: too many states"),
+              std::string::npos);
   }
 }
 
