@@ -93,11 +93,13 @@ class CommandTest : public ::testing::Test {
     });
   }
 
-  /// Until the process catches SIGINT, as soon as it has something to save.
+  /// Until the program catches SIGINT, as soon as it has something to save; a shell that is to become it
+  /// does, too.
   static void wait_until_caught(pid_t child) {
     wait_for([&] {
       std::ifstream status("/proc/" + std::to_string(child) + "/status");
       for (std::string line; std::getline(status, line);) {
+        if (line == "Name:\tsh") return false;
         if (line.starts_with("SigCgt:")) {
           return (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1U) != 0;
         }
