@@ -93,6 +93,7 @@ void add_table(const ReportTable& table, std::string& text) {
       escape_latex(table.title), columns, fmt::join(titles, " & "));
   for (const std::vector<TableCell>& row : table.rows) {
     std::vector<std::string> cells;
+    cells.reserve(row.size());
     for (const TableCell& cell : row) cells.push_back(escape_latex(cell.text));
     text += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
   }

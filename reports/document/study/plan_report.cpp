@@ -137,8 +137,8 @@ ReportTable plan_table(const StudyPlan& plan) {
   table.add({fmt::format("mean NEES to ±{:g} %", 100.0 * plan.question.precision), plan.runs_for_precision,
              "", duration_text(plan.pilot.seconds_for(plan.runs_for_precision), 2), ""});
   table.notes = {
-      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: of the verdict, at "
-      "least. For the word: so many let it be found by the share that this verdict alone has in the word.",
+      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: of the verdict.",
+      "for the word: so many let it be found by the share that this verdict alone has in the word.",
       detectable_note("NEES", plan.nees, plan),
       detectable_note("NIS", plan.nis, plan),
       design_note(plan),
