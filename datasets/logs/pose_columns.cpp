@@ -14,12 +14,6 @@ namespace {
 
 constexpr std::size_t kPose = 8, kTriangle = 21, kSquare = 36;
 
-std::vector<std::size_t> columns_from(std::size_t first, std::size_t count) {
-  std::vector<std::size_t> all(count);
-  for (std::size_t i = 0; i < count; ++i) all[i] = first + i;
-  return all;
-}
-
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
 
 /// "pose.pose.position.x [m]" as "pose_pose_position_x", "covariance[3]" as "covariance_3".
@@ -160,6 +154,12 @@ std::optional<PoseColumns> unnamed(std::string_view row, bool with_covariance) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> columns_from(std::size_t first, std::size_t count) {
+  std::vector<std::size_t> all(count);
+  for (std::size_t i = 0; i < count; ++i) all[i] = first + i;
+  return all;
+}
 
 std::vector<std::string_view> pose_fields(std::string_view line, bool commas) {
   std::vector<std::string_view> fields;

@@ -22,6 +22,9 @@ struct PoseColumns {
   std::optional<std::size_t> error_type{}, error_representation{};  ///< words of cnspy
 };
 
+/// So many columns side by side.
+std::vector<std::size_t> columns_from(std::size_t first, std::size_t count);
+
 /// The fields of a line, without the blanks around them; separated by commas, or by blanks.
 std::vector<std::string_view> pose_fields(std::string_view line, bool commas);
 

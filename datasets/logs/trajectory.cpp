@@ -137,12 +137,6 @@ class PoseRows {
   std::vector<std::string_view> fields_;
 };
 
-std::vector<std::size_t> column_range(std::size_t first, std::size_t count) {
-  std::vector<std::size_t> all(count);
-  for (std::size_t i = 0; i < count; ++i) all[i] = first + i;
-  return all;
-}
-
 /// Columns by name; `line` is a header.
 PoseColumns named_columns(const LineReader& lines, std::string_view line, bool with_covariance) {
   if (line.starts_with('#')) line.remove_prefix(1);
@@ -231,11 +225,11 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
   PoseColumns columns;
   if (format == TrajectoryFormat::openvins) {
     columns.fewest = columns.most = 20;
-    columns.orientation_covariance = column_range(8, 6);
-    columns.position_covariance = column_range(14, 6);
+    columns.orientation_covariance = columns_from(8, 6);
+    columns.position_covariance = columns_from(14, 6);
   } else {
     columns.fewest = columns.most = 29;
-    columns.joint_covariance = column_range(8, 21);
+    columns.joint_covariance = columns_from(8, 21);
   }
   Trajectory out = read_rows(lines, columns, line, part);
   if (format == TrajectoryFormat::tum) out.axes = axes;
