@@ -66,6 +66,11 @@ class ByteReader {
     std::memcpy(&value, bytes_.data(), sizeof(T));
     bytes_ = bytes_.subspan(sizeof(T));
   }
+  void get(bool& value) {
+    const auto byte = get<std::uint8_t>();
+    if (byte > 1) refuse("has something else where a yes or no is kept");
+    value = byte == 1;
+  }
   template <PlainValue T>
   T get() {
     T value;

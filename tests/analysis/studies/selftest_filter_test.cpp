@@ -106,8 +106,8 @@ Moments compass(Defect defect, int k) {
   const NoiseSource noise(12, 1);
   Moments moments;
   for (int block = 0; block < 1000; ++block) {
-    const auto row = filter.simulate(noise, block)[static_cast<std::size_t>(k)].innovation.row(1);
-    for (const double nu : row) moments.add(nu);
+    const auto steps = filter.simulate(noise, block);
+    for (const double nu : steps[static_cast<std::size_t>(k)].innovation.row(1)) moments.add(nu);
   }
   return moments;
 }
