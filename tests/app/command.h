@@ -46,6 +46,8 @@ class CommandTest : public ::testing::Test {
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     unsetenv("CREDENCE_DATA");
+    // Scripts ignore it for what they start in the background, as these tests may be.
+    signal(SIGINT, SIG_DFL);
     redirect(STDOUT_FILENO, "stdout");
     redirect(STDERR_FILENO, "stderr");
     if (chdir(folder_.path().c_str()) == 0) execvp(argv.front(), argv.data());
