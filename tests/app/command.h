@@ -83,7 +83,7 @@ class CommandTest : public ::testing::Test {
   }
 
   static void wait_for(const std::function<bool()>& ready) {
-    for (int i = 0; i < 60000 && !ready(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (int i = 0; i < 300000 && !ready(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 
   /// Until chunks have been written to the store of this folder.
