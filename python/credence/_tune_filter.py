@@ -33,6 +33,16 @@ class FilterTuning(Told):
         self.before: Optional[Result] = None
         """The same study of the filter as it was."""
 
+    def __repr__(self) -> str:
+        told = super().__repr__()
+        if self.before is None or self.held_out is None:
+            return told
+        tuned = self.held_out.verdict
+        text = f"{told.rstrip()}\n\nVerdict on fresh noise: {self.before.verdict} as it was, {tuned} with the tuned noise"
+        if tuned != "consistent":
+            text += f" ({self.held_out.says}; more runs tune more closely, and docs/tune.md tells how often a right form is called so)"
+        return text + ".\n"
+
 
 def _limits(lower: float, upper: float) -> "tuple[float, float]":
     return -math.inf if math.isnan(lower) else lower, math.inf if math.isnan(upper) else upper

@@ -34,6 +34,7 @@ def test_finds_the_noise_of_the_world():
     assert tuning.held_out.verdict == "consistent"
     assert tuning.correlation.shape == (2, 2)
     assert "log score" in repr(tuning)
+    assert repr(tuning).endswith(f"Verdict on fresh noise: {tuning.before.verdict} as it was, consistent with the tuned noise.\n")
 
 
 def test_what_has_no_effect_is_held():
