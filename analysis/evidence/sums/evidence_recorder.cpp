@@ -36,7 +36,9 @@ double outlier_limit(Index dof) {
 /// Beyond it an angle is not wrapped; the least above π.
 constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
-/// Of more states the stretches of a run are those of all its steps, also of a map that grows.
+/// Of more states the stretches of a run are those of all its steps, also of a map that grows; of as many or
+/// fewer those of the rows that have all of them, or of the others where these are more, as of a pose of
+/// which z, roll and pitch are never estimated.
 constexpr Index kFewStates = 12;
 
 /// A whole state is compared over the runs up to this dimension.
@@ -291,7 +293,8 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
-  if (run.few && std::ssize(layout_.states) > kFewStates) add_large(run.law, step);
+  if (run.few && (std::ssize(layout_.states) > kFewStates || whole.dof < std::ssize(layout_.states)))
+    add_large(run.law, step);
   if (averaged_.empty()) {
     if (whole.dof == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
   } else if (step.blocks.front().dof == averaged_dim_) {

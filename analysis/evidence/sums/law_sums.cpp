@@ -177,7 +177,7 @@ void RunLaw::add_to(LawSums& sums, const std::string& of) const {
     join(correlated, sums.correlated);
     sums.whitened_means.add(averaged.mean());
   }
-  sums.stretches.add(of.empty() && large.steps == 0 ? averaged : large);
+  sums.stretches.add(of.empty() && averaged.steps > large.steps ? averaged : large);
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
   if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);

@@ -92,9 +92,9 @@ struct LawSums {
 
 /// Of the run at hand.
 struct RunLaw {
-  RunWhitened averaged{};          ///< of the state, or of the first block of a large one
-  RunWhitened large{};             ///< of a state of more than twelve, of few runs
-  Vector normalised{};             ///< Σ e_i / √P_ii of what is averaged
+  RunWhitened averaged{};  ///< of the state, or of the first block of a large one
+  RunWhitened large{};     ///< of a state of more than twelve, or of rows that lack states, of few runs
+  Vector normalised{};     ///< Σ e_i / √P_ii of what is averaged
   std::vector<bool> correlated{};  ///< as LawSums::correlated
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;

@@ -29,6 +29,25 @@ void play_counting(EvidenceRecorder& recorder, std::int64_t steps) {
   }
 }
 
+// A pose in the plane as a pose in space: z, roll and pitch are not estimated in any row. An error of 1.2 σ
+// that stays is no wrong P, and its stretches say nothing of one.
+TEST(EvidenceRecorder, AnErrorThatStaysIsSeenInRowsThatLackStates) {
+  RunLayout layout{.states = {"x", "z"}, .angles = {false, false}};
+  add_named_blocks(layout);
+  for (const double lasting : {1.2, 0.0}) {
+    EvidenceRecorder recorder(layout);
+    recorder.begin_run();
+    Step step;
+    step.states = {0};
+    step.P = Matrix::Identity(1, 1);
+    for (step.step = 1; step.step <= 200; ++step.step) {
+      step.error = Vector::Constant(1, lasting + (step.step % 2 == 0 ? 0.5 : -0.5));
+      recorder.add(step);
+    }
+    EXPECT_EQ(recorder.take().law.stretches.stand(200.0), lasting > 0.0) << lasting;
+  }
+}
+
 TEST(EvidenceRecorder, OfVeryLongRunsEveryFewStepsAreLookedAt) {
   EvidenceRecorder longer(one_state()), shorter(one_state());
   play_counting(longer, 2 * kMostSteps + 5);
