@@ -2,7 +2,7 @@ import credence
 import numpy as np
 import pytest
 
-from filters import F
+from filters import F, H, Q
 from plugs import Filter, Fragile, Optimistic, TimedFilter, TimedWorld, UntimedNoise, World
 
 STUDY = {"runs": 150, "steps": 40, "seed": 4}
@@ -411,3 +411,33 @@ def test_of_a_world_with_dt_times_are_told():
 
     result = credence.study(TimedWorld(), Wrong, **STUDY)
     assert " (t = " in result.says and result.says.endswith(" s)"), result.says
+
+
+def test_of_several_sensors_the_clearest_lag_tells_the_cause():
+    """A precise sensor at every step and a coarse one at every second, one after the other: with too small a Q their innovations
+    at one step are correlated, too, which is no sign of one prior for both."""
+
+    class TwoSensors(World):
+        def measure(self, x, k, noise):
+            both = noise(2) * np.sqrt([0.3, 3.0])
+            seen = {"near": x[..., :1] + both[..., :1]}
+            if k % 2 == 0:
+                seen["far"] = x[..., :1] + both[..., 1:]
+            return seen
+
+    class InTurn(Filter):
+        believed_Q = 0.1 * Q
+
+        def update(self, z):
+            self.innovation, self.S = {}, {}
+            for name, value in z.items():
+                self.innovation[name] = value - self.state @ H.T
+                self.S[name] = H @ self.covariance @ H.T + {"near": 0.3, "far": 3.0}[name]
+                K = self.covariance @ H.T / self.S[name]
+                self.state = self.state + np.squeeze(K @ self.innovation[name][..., np.newaxis], axis=-1)
+                P = self.covariance - K @ self.S[name] @ np.swapaxes(K, -1, -2)
+                self.covariance = 0.5 * (P + np.swapaxes(P, -1, -2))
+
+    result = credence.study(TwoSensors(), InTurn, runs=200, steps=60)
+    assert result.verdict in ("optimistic", "mixed")
+    assert result.causes[0].name == "process noise Q assumed too small"

@@ -55,7 +55,7 @@ Causes find_scale(const Findings& findings);
 // Correlations between states and between sensors (cause_rules_correlation.cpp).
 
 /// Two sensors of one step whose correlation speaks. Names sequential_sensors where it is more than a wrong
-/// gain makes: 1.5 times what each has with itself at lag 1.
+/// gain makes: 1.5 times what the components of each together have with themselves at lag 1.
 Causes find_sequential_sensors(const Findings& findings);
 /// Ten runs of a joint P of at most twelve states, some of which it claims to be uncorrelated at every step.
 /// Names cross_covariance where their errors are correlated (Student's t over the runs, Bonferroni over the

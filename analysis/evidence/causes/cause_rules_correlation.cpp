@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/evidence/causes/cause_rules.h"
@@ -9,9 +10,12 @@ namespace credence::internal {
 
 Causes find_sequential_sensors(const Findings& findings) {
   // A wrong gain correlates sensors that were taken one after the other too, but no more than it does each
-  // with itself a whole step later, apart from what fades in that.
+  // with itself a whole step later, apart from what fades in that. The correlation of a pair is that of its
+  // best direction, in which all components of a sensor may have joined.
   constexpr double kMoreThanInTime = 1.5;
-  const double in_time = std::abs(lag_1_outside(findings));
+  const auto components =
+      findings.whiteness ? static_cast<double>(std::max(findings.whiteness->dim, Index{1})) : 1.0;
+  const double in_time = components * std::abs(lag_1_outside(findings));
   for (const Findings::SensorPair& pair : findings.sensor_pairs) {
     const BlockCorrelationTest& test = pair.correlation;
     if (!(test.p_value <= cause_level(findings)) || test.largest < kMoreThanInTime * in_time) continue;

@@ -259,6 +259,9 @@ TEST(CauseRules, SensorsOfOnePriorAreCorrelatedMoreThanInTime) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::sequential_sensors});
   findings.whiteness = correlated_by(-0.21);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+  findings.whiteness = correlated_by(-0.11);  // 1.5 · 2 · 0.11 > 0.3
+  findings.whiteness->dim = 2;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
 }
 
 TEST(CauseRules, InflationIsNamedWhereItMakesPTooLarge) {
