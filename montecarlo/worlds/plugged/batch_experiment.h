@@ -53,7 +53,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
 
   /// The world must have a layout().
   BatchExperiment(World world, MakeBatch make_batch, const PlugSettings& settings = {})
-      : internal::VisitedExperiment(world.layout(), settings.steps),
+      : internal::VisitedExperiment(internal::completed(world.layout()), settings.steps),
         world_(std::move(world)),
         make_batch_(std::move(make_batch)),
         settings_(settings),

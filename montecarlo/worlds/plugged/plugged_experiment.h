@@ -253,7 +253,7 @@ class PluggedExperiment final : public internal::VisitedExperiment {
   /// That of the world, or else with plain names and the innovations of the first update of run 0.
   static RunLayout layout_of(const World& world, const MakeFilter& make_filter, const NoiseSource& source) {
     if constexpr (requires { RunLayout(world.layout()); }) {
-      RunLayout layout = world.layout();
+      RunLayout layout = internal::completed(world.layout());
       if (!internal::kShowsInnovations<Filter>) layout.sensors.clear();  // nothing will be heard of them
       return layout;
     } else {

@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "montecarlo/worlds/planar/covariance_statistics.h"
@@ -30,16 +31,37 @@ void require_names(const std::vector<std::string>& states) {
 
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors) {
+  RunLayout layout{.states = states};
+  for (const auto& [name, dim] : sensors) layout.sensors.push_back({.name = name, .dim = dim});
+  return completed(std::move(layout));
+}
+
+RunLayout completed(RunLayout layout) {
   constexpr std::string_view kAngle = ":angle";
-  RunLayout layout;
-  for (const std::string& state : states) {
-    const bool angle = state.ends_with(kAngle);
-    layout.states.push_back(angle ? state.substr(0, state.size() - kAngle.size()) : state);
-    layout.angles.push_back(angle);
+  const std::size_t n = layout.states.size();
+  if (layout.angles.empty()) layout.angles.assign(n, false);
+  if (layout.angles.size() != n) {
+    throw std::invalid_argument(fmt::format(
+        "layout(): {} angles for {} states; accepted is one for each, or none", layout.angles.size(), n));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    std::string& state = layout.states[i];
+    if (!state.ends_with(kAngle)) continue;
+    state.resize(state.size() - kAngle.size());
+    layout.angles[i] = true;
   }
   require_names(layout.states);
-  add_named_blocks(layout);
-  for (const auto& [name, dim] : sensors) layout.sensors.push_back({.name = name, .dim = dim, .piece = dim});
+  for (const Block& block : layout.blocks) {
+    for (const Index state : block.states) {
+      if (state >= 0 && static_cast<std::size_t>(state) < n) continue;
+      throw std::invalid_argument(
+          fmt::format("layout(): block '{}' has state {} of {}, which count from 0", block.name, state, n));
+    }
+  }
+  if (layout.blocks.empty()) add_named_blocks(layout);
+  for (Sensor& sensor : layout.sensors) {
+    if (sensor.piece == 0) sensor.piece = sensor.dim;
+  }
   return layout;
 }
 

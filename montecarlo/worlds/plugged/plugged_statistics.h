@@ -8,6 +8,12 @@
 
 namespace credence::internal {
 
+/// The layout that a world tells, with what it leaves to be guessed: angles and blocks by the names of the
+/// states
+/// ("heading:angle" is an angle in rad, "pose.x" of a block "pose"), innovations whole. Throws
+/// std::invalid_argument for names that are there twice, and numbers that do not fit.
+RunLayout completed(RunLayout layout);
+
 /// Fills what a step shows of NEES and NIS, from its error, P and innovations.
 void normalise_step(TraceStep& step);
 

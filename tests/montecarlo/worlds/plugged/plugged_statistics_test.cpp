@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <stdexcept>
 #include <vector>
 
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
@@ -46,6 +47,24 @@ TEST(NormaliseStep, OfNoCovarianceThereIsNoValue) {
   EXPECT_EQ(exact.nees_dof, 1);
   EXPECT_EQ(exact.nees, 1.0);
   EXPECT_EQ(exact.nis_dof, 0);
+}
+
+// A layout of names alone had no angles, and was read beyond its end.
+TEST(CompletedLayout, GuessesWhatAWorldLeavesOutAndRefusesWhatDoesNotFit) {
+  const RunLayout layout =
+      completed({.states = {"pose.x", "pose.yaw:angle", "bias"}, .sensors = {{"gps", 2}}});
+  EXPECT_EQ(layout, model_layout({"pose.x", "pose.yaw:angle", "bias"}, {{"gps", 2}}));
+  EXPECT_THAT(layout.states, ElementsAre("pose.x", "pose.yaw", "bias"));
+  EXPECT_THAT(layout.angles, ElementsAre(false, true, false));
+  EXPECT_EQ(layout.blocks.size(), 2U);
+  EXPECT_EQ(layout.sensors.at(0).piece, 2);
+  const RunLayout whole =
+      completed({.states = {"a", "b"}, .angles = {true, false}, .blocks = {{"all", Part::other, {0, 1}}}});
+  EXPECT_THAT(whole.angles, ElementsAre(true, false));
+  EXPECT_EQ(whole.blocks.size(), 1U);
+  EXPECT_THROW(completed({.states = {"a", "b"}, .angles = {true}}), std::invalid_argument);
+  EXPECT_THROW(completed({.states = {"a", "a"}}), std::invalid_argument);
+  EXPECT_THROW(completed({.states = {"a"}, .blocks = {{"a", Part::other, {1}}}}), std::invalid_argument);
 }
 
 TEST(ModelLayout, ReadsAnglesBlocksAndSensorsFromNames) {
