@@ -312,6 +312,18 @@ ReportAnswer stability_answer(const StabilityAnalysis& a) {
   const std::size_t steps = a.long_horizon.trace.size();
   if (seen == LongRun::failed) return {CellTone::alarm, "The filter breaks down: " + a.long_horizon.failure};
   const bool bounded = seen == LongRun::bounded;
+  if (bounded != a.predicted_bounded && !a.inflation_varies) {
+    // The condition is then about this very recursion, which may be slow.
+    return a.predicted_bounded
+               ? ReportAnswer{CellTone::good,
+                              fmt::format("P stays bounded, as the exact condition says, but is still "
+                                          "growing after {} steps",
+                                          steps)}
+               : ReportAnswer{CellTone::alarm,
+                              fmt::format("P grows without bound, as the exact condition says, so "
+                                          "slowly that {} steps do not show it",
+                                          steps)};
+  }
   std::string text = bounded ? fmt::format("P stays bounded, measured over {} steps", steps)
                              : fmt::format("P grows without bound, measured over {} steps", steps);
   text += bounded == a.predicted_bounded

@@ -138,6 +138,23 @@ TEST(StabilityReport, WhatGrowsIsNamedWithItsRate) {
 }
 
 // Without noise nothing drives P, but what is learnt is kept for ever.
+// A constant ΔP is in the condition as in the recursion: which then still grows after so many steps, and has
+// a bound, or grows too slowly to be seen.
+TEST(StabilityReport, OfAConstantInflationTheConditionDecidesNotTheStepsMeasured) {
+  StabilityAnalysis analysis = scalar(1.0);
+  analysis.inflation_varies = false;
+  analysis.long_horizon.growth.verdict = LongRun::growing;
+  EXPECT_EQ(stability_shown(analysis).answer.text,
+            "P stays bounded, as the exact condition says, but is still growing after 256 steps");
+  EXPECT_EQ(stability_shown(analysis).answer.tone, CellTone::good);
+  analysis.predicted_bounded = false;
+  EXPECT_THAT(stability_shown(analysis).answer.text,
+              StartsWith("P grows without bound, measured over 256 steps and"));
+  analysis.long_horizon.growth.verdict = LongRun::bounded;
+  EXPECT_THAT(stability_shown(analysis).answer.text, HasSubstr("so slowly that 256 steps do not show it"));
+  EXPECT_EQ(stability_shown(analysis).answer.tone, CellTone::alarm);
+}
+
 TEST(StabilityReport, OnTheCircleAPartStays) {
   const Document document = stability_shown(scalar(1.0, 0.0));
   EXPECT_THAT(document.answer.text, testing::StartsWith("P stays bounded"));
