@@ -12,7 +12,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::size_t kPose = 8, kTriangle = 21, kSquare = 36;
+constexpr std::size_t kPosition = 4, kPose = 8, kTriangle = 21, kSquare = 36;
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
 
@@ -113,17 +113,21 @@ std::optional<PoseColumns> named(std::string_view header, bool with_covariance) 
     if (alone) all.emplace_back(1, axis);
     return names.find(all);
   };
+  std::size_t turns = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const char axis = "xyzw"[i];
-    const auto turn = axis_of({"orientation_", "quaternion_", "quat_", "rotation_", "q", "q_"}, axis, false);
-    if (!turn) return std::nullopt;
-    columns.orientation[i] = *turn;
+    const auto turn =
+        axis_of({"orientation_", "quaternion_", "quat_", "rotation_", "q", "q_", "r"}, axis, false);
+    if (turn) columns.orientation[i] = *turn, ++turns;
     if (i == 3) break;
     const auto place = axis_of({"position_", "pos_", "translation_", "t", "t_", "p", "p_"}, axis, true);
     if (!place) return std::nullopt;
     columns.position[i] = *place;
   }
+  columns.has_orientation = turns > 0;
+  if (turns > 0 && turns < 4) return std::nullopt;
   if (!with_covariance) return columns;
+  if (!columns.has_orientation) return std::nullopt;
   columns.joint_covariance = names.covariance();
   if (columns.joint_covariance.empty()) return std::nullopt;
   return columns;
@@ -149,7 +153,8 @@ std::optional<PoseColumns> unnamed(std::string_view row, bool with_covariance) {
     columns.joint_covariance = columns_from(kPose, count - kPose);
     return columns;
   }
-  if (with_covariance || count < kPose) return std::nullopt;
+  columns.has_orientation = count != kPosition;
+  if (with_covariance || (columns.has_orientation && count < kPose)) return std::nullopt;
   return columns;
 }
 

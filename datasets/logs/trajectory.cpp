@@ -47,12 +47,7 @@ class PoseRows {
     }
     SpatialPose pose;
     for (std::size_t i = 0; i < 3; ++i) pose.position[static_cast<Index>(i)] = number(columns_.position[i]);
-    const auto& q = columns_.orientation;
-    pose.orientation = Eigen::Quaterniond(number(q[3]), number(q[0]), number(q[1]), number(q[2]));
-    if (std::abs(pose.orientation.norm() - 1.0) > kUnitTolerance) {
-      lines_.fail(fmt::format("the quaternion has length {:.4g}, not 1", pose.orientation.norm()));
-    }
-    pose.orientation.normalize();
+    if (columns_.has_orientation) pose.orientation = orientation();
     out_.time_s.push_back(time);
     out_.lines.push_back(lines_.line_number());
     out_.poses.push_back(pose);
@@ -61,6 +56,15 @@ class PoseRows {
   }
 
  private:
+  Eigen::Quaterniond orientation() const {
+    const auto& q = columns_.orientation;
+    Eigen::Quaterniond turn(number(q[3]), number(q[0]), number(q[1]), number(q[2]));
+    if (std::abs(turn.norm() - 1.0) > kUnitTolerance)
+      lines_.fail(fmt::format("the quaternion has length {:.4g}, not 1", turn.norm()));
+    turn.normalize();
+    return turn;
+  }
+
   bool has_covariance() const {
     return !columns_.joint_covariance.empty() || !columns_.position_covariance.empty();
   }
@@ -148,6 +152,13 @@ PoseColumns named_columns(const LineReader& lines, std::string_view line, bool w
   };
   const auto need = [&](std::string_view name) {
     const std::optional<std::size_t> column = find(name);
+    if (!column && !with_covariance) {
+      lines.fail(
+          fmt::format("column '{}' is missing: accepted are a time (t, time, timestamp), x, y, z and, of "
+                      "poses, qx, qy, qz, qw, also as "
+                      "the last words of longer names, below one line of names (docs/formats.md)",
+                      name));
+    }
     if (!column) lines.fail(fmt::format("column '{}' is missing", name));
     return *column;
   };
@@ -174,6 +185,7 @@ Trajectory read_rows(LineReader& lines, const PoseColumns& columns, std::optiona
   Trajectory out;
   out.file = lines.file();
   out.joint_covariance = !columns.joint_covariance.empty();
+  out.has_orientation = columns.has_orientation;
   PoseRows rows(lines, columns, out);
   try {
     if (first && !is_comment(trim_blanks(*first))) rows.add(*first);
@@ -237,11 +249,20 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
 }
 
 Trajectory read_truth(const std::filesystem::path& file) {
-  constexpr std::size_t kAny = 1000;
+  constexpr std::size_t kAny = 1000, kPositionColumns = 4;
   LineReader lines(file);
-  const std::string_view line = first_line(lines);
+  std::string_view line = first_line(lines);
+  while (is_comment(trim_blanks(line)) && line.find(',') == std::string_view::npos && lines.next(line)) {
+  }
   const bool commas = line.find(',') != std::string_view::npos;
-  if (!commas) return read_rows(lines, {.fewest = 8, .most = kAny}, line);
+  if (!commas) {
+    PoseColumns columns{.fewest = 8, .most = kAny};
+    if (!is_comment(line) && pose_fields(line, false).size() == kPositionColumns) {
+      columns.fewest = columns.most = kPositionColumns;
+      columns.has_orientation = false;
+    }
+    return read_rows(lines, columns, line);
+  }
   if (const std::optional<PoseColumns> named = csv_pose_columns(line, false)) {
     return is_pose_header(line) ? read_rows(lines, *named, {}) : read_rows(lines, *named, line);
   }

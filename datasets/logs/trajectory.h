@@ -84,8 +84,8 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
                          Trajectory* part = nullptr);
 
 /// Reads a truth, whose kind is seen from its content: columns t x y z qx qy qz qw (TUM; further ones are not
-/// read), EuRoC CSV (nanoseconds, the scalar of the quaternion first), or CSV (pose_columns.h).
-/// Errors as read_estimate.
+/// read), EuRoC CSV (nanoseconds, the scalar of the quaternion first), CSV (pose_columns.h), or positions
+/// alone, t x y z. Errors as read_estimate.
 Trajectory read_truth(const std::filesystem::path& file);
 
 }  // namespace credence::internal

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "datasets/logs/conventions/convention_check.h"
+#include "datasets/logs/conventions/pose_error.h"
 #include "datasets/logs/conventions/thinned.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
@@ -74,6 +75,18 @@ std::vector<OffsetSample> offset_samples(const Trajectory& estimate) {
   return samples;
 }
 
+/// Moves the estimate to the point on its body whose positions the truth is.
+void move_to_point(const SpatialPose& arm, TrajectoryFormat format, Trajectory& estimate) {
+  if (!estimate.joint_covariance) {
+    throw std::invalid_argument(fmt::format(
+        "--lever-arm: with a truth of positions alone the covariance between position and orientation is "
+        "needed, which files of --input {} do not hold",
+        name_of(format)));
+  }
+  for (std::size_t i = 0; i < estimate.poses.size(); ++i)
+    move_on_body(arm, estimate.axes, estimate.poses[i], estimate.covariances[i]);
+}
+
 void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
                      const LogReadOptions& options, LogSink& sink) {
   if (options.truth.empty()) {
@@ -91,6 +104,8 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
     for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
   }
   const std::shared_ptr<const Trajectory> truth = options.truth.of(file);
+  if (options.matching.lever_arm && !truth->has_orientation)
+    move_to_point(*options.matching.lever_arm, format, estimate);
   const TrajectoryMatching matching = with_time_offset(offset_samples(estimate), *truth, options.matching,
                                                        estimate.axes, estimate.joint_covariance, sink);
   ConventionCheck conventions(chart, options.chart.has_value());

@@ -153,6 +153,26 @@ TEST_F(TrajectoryFiles, ATruthMayBeACsvWithoutAHeaderOrWithNames) {
   EXPECT_EQ(named.poses[0].orientation.w(), 0.8);
 }
 
+TEST_F(TrajectoryFiles, ATruthMayBePositionsAlone) {
+  for (const char* text : {"1 4 5 6\n2 4 5 7\n", "# t x y z\n1 4 5 6\n2 4 5 7\n", "1,4,5,6\n2,4,5,7\n",
+                           "Time (s),X (m),Y (m),Z (m),markers\n1,4,5,6,3\n2,4,5,7,3\n"}) {
+    const Trajectory truth = read_truth(write("p.txt", text));
+    ASSERT_EQ(truth.poses.size(), 2U) << text;
+    EXPECT_FALSE(truth.has_orientation) << text;
+    EXPECT_EQ(truth.time_s, (std::vector{1.0, 2.0})) << text;
+    EXPECT_EQ(truth.poses[1].position, Eigen::Vector3d(4, 5, 7)) << text;
+  }
+  // OptiTrack's names of a quaternion; three of four are none.
+  EXPECT_EQ(
+      read_truth(write("o.csv", "Time,X,Y,Z,RX,RY,RZ,RW\n1,4,5,6,0,0,0.6,0.8\n")).poses[0].orientation.z(),
+      0.6);
+  EXPECT_THROW(read_truth(write("a.csv", "Time,X,Y,Z,RX,RY,RZ\n1,4,5,6,0,0,0.6\n")), DataError);
+  Trajectory truth = read_truth(write_truth(curve(3))), estimate = truth;
+  truth.has_orientation = false;
+  estimate.covariances.assign(3, PoseCovariance::Identity());
+  EXPECT_EQ(trajectory_errors(estimate, truth, {}).rows.at(0).error.size(), 3);
+}
+
 TEST_F(TrajectoryFiles, CnspySaysItsAxesInAColumn) {
   const auto truth = curve(3);
   const Trajectory truth_read = read_truth(write_truth(truth));
