@@ -121,7 +121,8 @@ class ArrayRoles {
 
   std::string shapes() const {
     std::string text;
-    for (const ArrayShape& array : file_.arrays()) append_item(text, shape_text(array));
+    for (const ArrayShape& array : file_.arrays())
+      append_item(text, array.dims.empty() ? array.name : shape_text(array));
     return text.empty() ? "none" : text;
   }
 

@@ -19,8 +19,7 @@
 namespace credence::internal {
 
 /// The array of the names of the states, one text each, which are in memory as (n, letters) code points, 0
-/// behind the last; "name:angle" is an angle in rad; a letter beyond ASCII is shown as "?". Only formats that
-/// hold texts have it.
+/// behind the last; "name:angle" is an angle in rad; a letter beyond ASCII is shown as "?".
 inline constexpr std::string_view kNamesOfStates = "names";
 
 /// An array of a file.

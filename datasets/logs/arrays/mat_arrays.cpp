@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <iterator>
 
 #include "datasets/logs/arrays/array_log.h"
 #include "datasets/logs/bytes/binary_file.h"
@@ -19,7 +20,8 @@ constexpr std::uint64_t kMostInMemory = std::uint64_t{2} << 30;
 /// Types of data that hold others.
 constexpr std::uint32_t kMatrix = 14, kCompressed = 15;
 /// Classes of arrays.
-constexpr std::uint32_t kStructure = 2, kFirstNumeric = 6, kLastNumeric = 15;
+constexpr std::uint32_t kCell = 1, kStructure = 2, kCharacters = 4, kFirstNumeric = 6, kLastNumeric = 15,
+                        kOpaque = 17;  // tables, strings and other objects, in a form of MATLAB's own
 constexpr std::uint32_t kComplexFlag = 0x0800;
 
 /// A part of a variable: its type and its bytes.
@@ -82,6 +84,24 @@ constexpr std::array<NumberType, 10> kNumberTypes{{{1, take_numbers<std::int8_t>
                                                    {12, take_numbers<std::int64_t>},
                                                    {13, take_numbers<std::uint64_t>}}};
 
+/// The letters of a matrix of characters, as they lie; of what is beyond ASCII one or two of some number.
+std::vector<double> take_letters(Element element) {
+  constexpr std::uint32_t kBytes[] = {1, 2, 16}, kWords[] = {4, 17};
+  ByteCursor& from = element.data;
+  std::vector<double> letters;
+  while (!from.done()) {
+    if (std::ranges::find(kBytes, element.type) != std::end(kBytes)) {
+      const auto byte = from.take<std::uint8_t>();
+      if ((byte & 0xc0U) != 0x80U) letters.push_back(byte);  // else it goes on with a letter of UTF-8
+    } else if (std::ranges::find(kWords, element.type) != std::end(kWords)) {
+      letters.push_back(from.take<std::uint16_t>());
+    } else {
+      from.fail(fmt::format("letters of type {}: corrupted", element.type));
+    }
+  }
+  return letters;
+}
+
 class MatReader {
  public:
   MatReader(const std::filesystem::path& file, bool (*wanted)(std::string_view))
@@ -131,6 +151,7 @@ class MatReader {
     if (body.done()) return;  // an empty field
     ByteCursor flags = take_element(body).data;
     const std::uint32_t word = flags.take<std::uint32_t>();
+    if ((word & 0xffU) == kOpaque) return opaque(body, field);
     std::vector<std::uint64_t> dims;
     for (ByteCursor from = take_element(body).data; !from.done();) {
       const auto dim = from.take<std::int32_t>();
@@ -142,12 +163,69 @@ class MatReader {
     const std::string& name = field.empty() ? own : field;
     const std::uint32_t kind = word & 0xffU;
     if (kind == kStructure && field.empty()) return structure(body, dims);
+    if (name == kNamesOfStates && (kind == kCell || kind == kCharacters)) return texts(kind, dims, body);
     const bool numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplexFlag) == 0;
     MatArray& array = arrays_.emplace_back(MatArray{.name = name});
     if (!numeric || !wanted_(name)) return;
     array.is_read = true;
     array.dims = std::move(dims);
     array.numbers = numbers(array, take_element(body));
+  }
+
+  void opaque(ByteCursor body, const std::string& field) {
+    std::string name = field;
+    if (field.empty()) {
+      ByteCursor letters = take_element(body).data;
+      name = letters.take_text(letters.left());
+    }
+    if (name == kNamesOfStates)
+      body.fail("names: are strings, in a form of MATLAB's own; save names = cellstr(names)");
+    arrays_.push_back({.name = name});
+  }
+
+  /// The names of the states: the rows of a matrix of characters, or the texts of a cell array.
+  void texts(std::uint32_t kind, const std::vector<std::uint64_t>& dims, ByteCursor body) {
+    std::vector<std::vector<double>> rows;
+    if (kind == kCharacters) {
+      rows = rows_of_letters(dims, body);
+    } else {
+      while (!body.done()) {
+        const Element cell = take_element(body);
+        ByteCursor text = cell.data;
+        ByteCursor flags = take_element(text).data;
+        if (cell.type != kMatrix || (flags.take<std::uint32_t>() & 0xffU) != kCharacters)
+          return void(arrays_.push_back({.name = std::string(kNamesOfStates)}));  // of something else
+        std::vector<std::uint64_t> dims_of_text;
+        for (ByteCursor from = take_element(text).data; !from.done();)
+          dims_of_text.push_back(from.take<std::uint32_t>());
+        take_element(text);  // its name
+        std::ranges::move(rows_of_letters(dims_of_text, text), std::back_inserter(rows));
+      }
+    }
+    std::size_t longest = 1;
+    for (const auto& row : rows) longest = std::max(longest, row.size());
+    MatArray& array = arrays_.emplace_back(MatArray{.name = std::string(kNamesOfStates), .is_read = true});
+    array.dims = {rows.size(), longest};
+    array.numbers.assign(rows.size() * longest, 0.0);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t k = 0; k < rows[i].size(); ++k) array.numbers[k * rows.size() + i] = rows[i][k];
+    }
+  }
+
+  /// Without the blanks that fill up a row.
+  static std::vector<std::vector<double>> rows_of_letters(const std::vector<std::uint64_t>& dims,
+                                                          ByteCursor body) {
+    const std::vector<double> letters = take_letters(take_element(body));
+    const std::uint64_t count = dims.size() == 2 ? dims[0] : 0;
+    if (count == 0 && letters.empty()) return {{}};
+    if (count == 0 || letters.size() % count != 0 || letters.size() / count != dims[1])
+      body.fail("names: a text that does not fit its dimensions");
+    std::vector<std::vector<double>> rows(static_cast<std::size_t>(count));
+    for (std::size_t k = 0; k < letters.size(); ++k) rows[k % rows.size()].push_back(letters[k]);
+    for (std::vector<double>& row : rows) {
+      while (!row.empty() && (row.back() == ' ' || row.back() == 0.0)) row.pop_back();
+    }
+    return rows;
   }
 
   void structure(ByteCursor body, const std::vector<std::uint64_t>& dims) {
@@ -183,7 +261,8 @@ class MatArrayFile final : public ArrayFile {
   explicit MatArrayFile(const std::filesystem::path& file)
       : path_(file), read_(read_mat_arrays(file, is_log_array)) {
     for (const MatArray& array : read_) {
-      shapes_.push_back({array.name, array.is_read ? "numbers" : "not read", array.dims});
+      const bool text = array.name == kNamesOfStates;
+      shapes_.push_back({array.name, !array.is_read ? "not read" : text ? "text" : "numbers", array.dims});
     }
   }
 

@@ -20,7 +20,8 @@ struct MatArray {
 };
 
 /// The arrays in a MAT-file of version 5, that is of MATLAB's save -v6 and -v7: its variables, and the fields
-/// of a variable that is a structure; read are those whose names `wanted` takes.
+/// of a variable that is a structure; read are those whose names `wanted` takes. `names` may be texts, in a
+/// matrix of characters or a cell array, which are read as (n, letters).
 ///
 /// Format: "MAT-File Format", The MathWorks, chapter 1 (level 5). Numbers of any real type, either byte
 /// order; packed variables up to 1 GiB each, all numbers up to 2 GiB. Throws DataError for a file that is

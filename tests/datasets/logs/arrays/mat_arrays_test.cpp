@@ -200,6 +200,59 @@ TEST(MatLog, VariablesPackedOrNotAndFieldsOfAStructureAreTheSameRuns) {
   }
 }
 
+matvar_t* text(const std::string& letters, std::size_t rows) {
+  std::size_t dims[] = {rows, letters.size() / rows};
+  std::string copy = letters;  // matio takes it without const, and copies it
+  return Mat_VarCreate("names", MAT_C_CHAR, MAT_T_UTF8, 2, dims, copy.data(), 0);
+}
+
+/// Of a log whose names are such a variable.
+RunLayout layout_with(matvar_t* names) {
+  const TemporaryFolder folder;
+  mat_t* const mat = Mat_CreateVer((folder / "log.mat").c_str(), nullptr, MAT_FT_MAT5);
+  std::vector<matvar_t*> all = variables();
+  all.push_back(names);
+  for (matvar_t* one : all) {
+    Mat_VarWrite(mat, one, MAT_COMPRESSION_ZLIB);
+    Mat_VarFree(one);
+  }
+  Mat_Close(mat);
+  RecordedSink sink;
+  mat_format().read(folder / "log.mat", {}, sink);
+  return sink.runs.at(0).layout;
+}
+
+// {'car.x', 'yaw:angle'} of MATLAB and char('car.x', 'yaw:angle'), which fills up with blanks.
+TEST(MatLog, StatesHaveTheNamesOfACellArrayOrOfTheRowsOfAMatrixOfCharacters) {
+  matvar_t* cells[] = {text("car.x", 1), text("yaw:angle", 1), nullptr};
+  std::size_t two[] = {1, 2};
+  const std::string first = "car.x    ", second = "yaw:angle";
+  std::string columns;
+  for (std::size_t k = 0; k < first.size(); ++k) columns += {first[k], second[k]};
+  for (matvar_t* names :
+       {Mat_VarCreate("names", MAT_C_CELL, MAT_T_CELL, 2, two, static_cast<void*>(cells), 0),
+        text(columns, 2)}) {
+    const RunLayout layout = layout_with(names);
+    EXPECT_THAT(layout.states, ElementsAre("car.x", "yaw"));
+    EXPECT_THAT(layout.angles, ElementsAre(false, true));
+  }
+  EXPECT_THAT(layout_with(variable<double>("names", {2}, MAT_C_DOUBLE, MAT_T_DOUBLE, 1.0)).states,
+              ElementsAre("x1", "x2"))
+      << "numbers of that name are something else";
+}
+
+TEST(MatLog, NamesMustBeOneForEachStateAndStringsAreToldHowToSave) {
+  EXPECT_THAT([] { layout_with(text("car.x", 1)); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("names: 1 names for 2 states")));
+  // A string of MATLAB: its name, "MCOS", "string" and a reference come at once behind the flags.
+  const auto opaque = [](const std::string& name) {
+    return mat_element(6, little_word(17) + little_word(0)) + mat_element(1, name) + mat_element(1, "MCOS") +
+           mat_element(1, "string");
+  };
+  EXPECT_THAT(mat_array_error(opaque("names")), HasSubstr("names = cellstr(names)"));
+  EXPECT_EQ(mat_array_error(opaque("comment")), "accepted");
+}
+
 TEST(MatLog, NoCutOrFlippedByteCrashes) {
   for (const As as : {As::packed, As::structure}) {
     const TemporaryFolder folder;
