@@ -1,6 +1,7 @@
 #include "datasets/logs/filter_log_header.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -9,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "core/control_characters.h"
 #include "datasets/logs/number_field.h"
@@ -19,8 +21,7 @@ namespace {
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
     "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME, P.i.j, innovation.i, S.i.j, R.i.j, "
-    "nis.DIM, "
-    "nonlinear, inflated (docs/formats.md)";
+    "nis.DIM, nonlinear, inflated (docs/formats.md); a file with columns of other names: docs/recipes.md";
 
 std::invalid_argument error_beside(std::string_view state) {
   return std::invalid_argument(fmt::format(
@@ -106,12 +107,11 @@ class HeaderParser {
       throw std::invalid_argument(
           fmt::format("column {}, '{}': its name holds a control character", column + 1, shown_field(name)));
     }
-    if (!place(name, column)) {
-      throw std::invalid_argument(fmt::format("unknown column '{}': {}", shown_field(name), kAccepted));
-    }
+    if (!place(name, column)) unknown_.push_back(fmt::format("'{}'", shown_field(name)));
   }
 
   FilterLogHeader finish(Index columns) {
+    require_known();
     FilterLogHeader& h = header_;
     h.columns = columns;
     // Of a state that is an error alone the estimate is not known (NaN); those beside it may be.
@@ -146,6 +146,16 @@ class HeaderParser {
   }
 
  private:
+  void require_known() const {
+    constexpr std::size_t kShown = 12;
+    if (unknown_.empty()) return;
+    const std::size_t shown = std::min(unknown_.size(), kShown);
+    throw std::invalid_argument(fmt::format(
+        "unknown column{} {}{}: {}", unknown_.size() == 1 ? "" : "s",
+        fmt::join(unknown_.begin(), unknown_.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+        unknown_.size() == shown ? "" : fmt::format(" and {} more", unknown_.size() - shown), kAccepted));
+  }
+
   bool place(std::string_view name, Index column) {
     if (name == "run") return set(header_.run, column);
     if (name == "step") return set(header_.step, column);
@@ -297,6 +307,7 @@ class HeaderParser {
     for (Index i = 1; i <= sensor.piece; ++i) sensor.angles.push_back(columns.angles.contains(i));
   }
 
+  std::vector<std::string> unknown_;
   FilterLogHeader header_;
   std::set<std::string> states_;
   std::map<std::string, Index> truth_;

@@ -92,6 +92,8 @@ TEST(FilterLogHeaderLine, columns_that_cannot_be_meant_are_named) {
   expect_header_error("", "unknown column ''");
   expect_header_error("step,,time", "unknown column ''");
   expect_header_error("step,", "unknown column ''");
+  expect_header_error("k,step,xt,yt", "unknown columns 'k', 'xt', 'yt': accepted are");
+  expect_header_error("a,b,c,d,e,f,g,h,i,j,k,l,m,n", "'l' and 2 more: accepted are");
   for (const char* name : {"Step",
                            "estimate.",
                            "estimate.:angle",
