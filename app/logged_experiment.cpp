@@ -69,14 +69,15 @@ std::optional<std::array<Index, 3>> planar_pose(const RunLayout& layout) {
   return std::array<Index, 3>{pose->states[0], pose->states[1], pose->states[2]};
 }
 
-/// The pose of a step at `step` seconds, as a bag holds it.
-LoggedPose logged_pose(const std::array<Index, 3>& pose, const TraceStep& trace, const Step& logged) {
+/// The pose of a step as a bag holds it; without a time of a step one each second.
+LoggedPose logged_pose(const std::array<Index, 3>& pose, const TraceStep& trace, const Step& logged,
+                       double step_s) {
   constexpr std::array<Index, 3> kPlanar = {0, 1, 5};
   const auto in_space = [&](const Vector& x) {
     return SpatialPose{{x[pose[0]], x[pose[1]], 0.0},
                        Eigen::Quaterniond(Eigen::AngleAxisd(x[pose[2]], Eigen::Vector3d::UnitZ()))};
   };
-  LoggedPose result{.time_s = static_cast<double>(trace.step),
+  LoggedPose result{.time_s = (step_s > 0.0 ? step_s : 1.0) * static_cast<double>(trace.step),
                     .estimate = in_space(trace.estimate),
                     .truth = in_space(trace.truth)};
   result.P(kPlanar, kPlanar) = logged.P(pose, pose);
@@ -90,8 +91,12 @@ void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
 }
 
 LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory,
-                                   RunLogFormat format, bool fresh)
-    : ShownExperiment(inner.layout()), inner_(inner), directory_(std::move(directory)), format_(format) {
+                                   RunLogFormat format, bool fresh, double step_s)
+    : ShownExperiment(inner.layout()),
+      inner_(inner),
+      directory_(std::move(directory)),
+      format_(format),
+      step_s_(step_s) {
   if (format_ == RunLogFormat::mcap && !planar_pose(layout())) {
     throw ScenarioError(
         "--log-format mcap: this world has no pose in the plane; csv and npz take every world");
@@ -122,15 +127,16 @@ StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs
     for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k) {
       logged.push_back(as_logged(layout(), trace.steps[k]));
       if (format_ == RunLogFormat::mcap)
-        poses.push_back(logged_pose(*planar_pose(layout()), trace.steps[k], logged.back()));
+        poses.push_back(logged_pose(*planar_pose(layout()), trace.steps[k], logged.back(), step_s_));
     }
     if (format_ == RunLogFormat::mcap) {
       if (!poses.empty()) write_file(directory_ / fmt::format("run-{:06}.mcap", run), pose_bag_bytes(poses));
     } else if (format_ == RunLogFormat::csv) {
       write_run_log(directory_ / fmt::format("run-{:06}.csv", run), trace, end,
-                    failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "");
+                    failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "",
+                    step_s_);
     } else if (!logged.empty()) {
-      write_file(directory_ / fmt::format("run-{:06}.npz", run), run_arrays(layout(), logged));
+      write_file(directory_ / fmt::format("run-{:06}.npz", run), run_arrays(layout(), logged, step_s_));
     }
     if (failed) ++failure;
     recorder.begin_run();

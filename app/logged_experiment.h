@@ -26,8 +26,10 @@ class LoggedExperiment final : public ShownExperiment {
  public:
   /// `inner` must outlive this. Makes the folder; throws OutputError when it cannot, or when it holds logs of
   /// runs (which `credence check` would mix with the new ones); with `fresh` these are removed. Throws
-  /// ScenarioError for mcap of a world without a pose in the plane.
-  LoggedExperiment(const Experiment& inner, std::filesystem::path directory, RunLogFormat format, bool fresh);
+  /// ScenarioError for mcap of a world without a pose in the plane. step_s: the time of a step, s; 0 where
+  /// there is none, and a bag has a step each second.
+  LoggedExperiment(const Experiment& inner, std::filesystem::path directory, RunLogFormat format, bool fresh,
+                   double step_s);
 
   Outcome visit(std::int64_t run, const StepVisitor& take) const override { return inner_.visit(run, take); }
   std::int64_t runs_side_by_side() const override { return inner_.runs_side_by_side(); }
@@ -43,6 +45,7 @@ class LoggedExperiment final : public ShownExperiment {
   const Experiment& inner_;
   std::filesystem::path directory_;
   RunLogFormat format_;
+  double step_s_;
 };
 
 }  // namespace credence::internal

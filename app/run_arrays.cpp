@@ -51,7 +51,7 @@ std::vector<Index> counted(Index n) {
 
 }  // namespace
 
-std::string run_arrays(const RunLayout& layout, std::span<const Step> steps) {
+std::string run_arrays(const RunLayout& layout, std::span<const Step> steps, double step_s) {
   Index measured = 0;
   for (const Step& step : steps) {
     for (const Innovation& innovation : step.innovations) measured = std::max(measured, innovation.nu.size());
@@ -65,6 +65,10 @@ std::string run_arrays(const RunLayout& layout, std::span<const Step> steps) {
     }
   }
   std::vector<NamedArray> arrays;
+  if (step_s > 0.0) {
+    arrays.push_back({"time", {steps.size()}, {}});
+    for (const Step& step : steps) arrays.back().values.push_back(step_s * static_cast<double>(step.step));
+  }
   state.take(arrays);
   innovations.take(arrays);
   const Index piece = layout.sensors.empty() ? 0 : layout.sensors.front().piece;

@@ -87,7 +87,7 @@ Configuration logged(const RunOptions& options, const Configuration& c) {
                                                              : RunLogFormat::csv;
   return {c.id, c.scenario,
           std::make_unique<LoggedExperiment>(*c.experiment, log_directory(options, c.scenario), format,
-                                             options.fresh)};
+                                             options.fresh, step_s(c.scenario))};
 }
 
 /// Runs one configuration; with --log all of it, stored chunks or not, since every run is to be written.
@@ -194,7 +194,7 @@ void add_run_command(CLI::App& app) {
     command->get_option("--only-run")->excludes(command->get_option(name));
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks    # comes with the program: credence list",
-      "credence run scenarios/figure3_two_landmarks.toml --runs 5000 --format json",
+      "credence run figure3_two_landmarks --runs 5000 --format json",
       "credence run planar_loop --set world.landmarks=20 --out out/planar",
       "credence run figure1_two_landmarks --only-run 17",
       "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs"};

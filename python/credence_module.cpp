@@ -139,19 +139,15 @@ class Collector {
   Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity,
              double within, double dt) {
     const py::gil_scoped_release released;
-    std::shared_ptr<StepTimes> times;
-    if (dt > 0.0) {
-      times = std::make_shared<StepTimes>();
-      const auto steps = std::ssize(evidence_.study.steps) * evidence_.step_stride;
-      for (std::int64_t k = 1; k <= steps; ++k) times->add(k, dt * static_cast<double>(k));
-    }
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
-    runs.analysis = analyse_collected(
-        std::move(evidence_), calibration_,
-        {.confidence = confidence, .sensitivity = sensitivity, .margin = within, .times = times},
-        !mistakes_.empty());
+    runs.analysis = analyse_collected(std::move(evidence_), calibration_,
+                                      {.confidence = confidence,
+                                       .sensitivity = sensitivity,
+                                       .margin = within,
+                                       .times = StepTimes::every(dt)},
+                                      !mistakes_.empty());
     runs.remarks = std::move(mistakes_);
     if (!calibration_.runs.empty()) {
       runs.calibration = judge_calibration(calibration_, confidence);

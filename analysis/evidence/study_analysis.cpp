@@ -116,6 +116,9 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   } else {
     analyse_nonlinear(experiment.layout(), analysis);
   }
+  const auto times = StepTimes::every(step_s(scenario));
+  analysis.nees.times = analysis.nis.times = times;
+  if (analysis.vehicle_nees) analysis.vehicle_nees->times = times;
   std::vector<BlockVerdict> blocks;
   if (analysis.vehicle_nees) blocks.push_back({"pose", *analysis.vehicle_nees});
   analysis.word = join_verdicts(word_parts(analysis.nees, analysis.nis, blocks), confidence);
@@ -136,7 +139,8 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
   if (!evidence) return;
   a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence,
                                   .margin = a.scenario.stop.consistent_within,
-                                  .all_runs = &a.statistics});
+                                  .all_runs = &a.statistics,
+                                  .times = StepTimes::every(step_s(a.scenario))});
   a.word = a.judgement->word;
 }
 

@@ -9,6 +9,7 @@
 #include "core/memory_need.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/noise_switches.h"
+#include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/world_list.h"
 
@@ -65,6 +66,10 @@ std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
               : world_of(scenario).experiment(scenario);
   experiment->assume_inflated(scenario.filter.inflation != FilterInflation::none);
   return experiment;
+}
+
+double step_s(const Scenario& scenario) {
+  return find_scenario_key("world", "dt")->of_world(scenario.world.model) ? scenario.world.dt : 0.0;
 }
 
 std::string world_text(const Scenario& scenario) { return world_of(scenario).text(scenario); }

@@ -22,6 +22,9 @@ std::unique_ptr<Experiment> make_experiment(const Scenario& scenario);
 /// The linear problem that a scenario is, or nothing.
 std::optional<LinearProblem> linear_problem(const Scenario& scenario);
 
+/// The time of a step, s; 0 in a world whose steps have none.
+double step_s(const Scenario& scenario);
+
 /// "monobot, 2 landmarks, partially observable": the world of a scenario in a few words.
 std::string world_text(const Scenario& scenario);
 

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "montecarlo/worlds/registry.h"
+#include "reports/figures/step_axis.h"
+
 namespace credence::internal {
 namespace {
 
@@ -46,12 +49,16 @@ Panel against(const EstimatorStudy& study, Panel panel, double (*abscissa)(const
 }
 
 Panel over_time(const EstimatorStudy& study) {
-  Panel panel{.title = "Over time", .x_label = "step", .y_label = nees_label(study), .log_y = true};
+  const auto times = StepTimes::every(step_s(study.scenario));
+  const FigureData ends = figure_data(study.window_ends, [&](double step) {
+    return step_place(times.get(), static_cast<std::int64_t>(step));
+  });
+  Panel panel{
+      .title = "Over time", .x_label = step_label(times.get()), .y_label = nees_label(study), .log_y = true};
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     if (!has_runs(study.rows[i])) continue;
-    panel.series.push_back(
-        line_series(study.rows[i].name, role_of(study, i), study.window_ends, study.rows[i].pose_nees));
+    panel.series.push_back(line_series(study.rows[i].name, role_of(study, i), ends, study.rows[i].pose_nees));
   }
   return panel;
 }

@@ -210,8 +210,7 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
       line_series("expected", ColourRole::neutral, x, tested(&StepTest::expected)),
       line_series("measured mean", ColourRole::estimate, x, tested(&StepTest::mean))};
   if (!exact.empty())
-    panel.series.push_back(
-        line_series("exact", ColourRole::exact, index_axis(static_cast<Index>(exact.size())), exact));
+    panel.series.push_back(line_series("exact", ColourRole::exact, step_places(times, exact.size()), exact));
   return panel;
 }
 
@@ -272,9 +271,8 @@ Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
   return figure;
 }
 
-Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s) {
-  FigureData time;
-  for (std::size_t k = 0; k < trace.steps.size(); ++k) time.push_back(dt_s * static_cast<double>(k));
+Figure planar_run_figure(const std::string& name, const RunTrace& trace, const StepTimes* times) {
+  const FigureData time = step_places(times, trace.steps.size(), 0);
   const int scale = ellipse_scale(trace);
   Figure figure{
       .name = name + "-run",
@@ -285,7 +283,8 @@ Figure planar_run_figure(const std::string& name, const RunTrace& trace, double 
   figure.panels.push_back(map_panel(trace, scale));
   const char* titles[] = {"Error in x", "Error in y", "Error in heading"};
   for (Index i = 0; i < 3; ++i) {
-    Panel panel{.title = titles[i], .x_label = "time (s)", .y_label = i < 2 ? "error (m)" : "error (°)"};
+    Panel panel{
+        .title = titles[i], .x_label = step_label(times), .y_label = i < 2 ? "error (m)" : "error (°)"};
     add_error(panel, time, trace, i, "error", ColourRole::estimate, true,
               i < 2 ? 1.0 : 1.0 / kRadiansPerDegree);
     figure.panels.push_back(std::move(panel));
@@ -322,9 +321,9 @@ std::vector<std::size_t> shown_states(const RunLayout& layout, std::size_t n,
 
 }  // namespace
 
-Figure states_run_figure(const std::string& name, const RunTrace& trace,
-                         std::span<const BlockVerdict> blocks) {
-  const FigureData steps = index_axis(static_cast<Index>(trace.steps.size()), 0);
+Figure states_run_figure(const std::string& name, const RunTrace& trace, std::span<const BlockVerdict> blocks,
+                         const StepTimes* times) {
+  const FigureData steps = step_places(times, trace.steps.size(), 0);
   const auto n = static_cast<std::size_t>(trace.steps.front().truth.size());
   const std::vector<std::size_t> states = shown_states(trace.layout, n, blocks);
   const std::size_t columns = states.size() == 4 ? 2 : std::min<std::size_t>(states.size(), 3);
@@ -339,7 +338,9 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace,
                 .cols = static_cast<int>(columns)};
   for (const std::size_t i : states) {
     const bool angle = i < trace.layout.angles.size() && trace.layout.angles[i];
-    Panel panel{.title = trace.layout.states[i], .x_label = "step", .y_label = angle ? "error (°)" : "error"};
+    Panel panel{.title = trace.layout.states[i],
+                .x_label = step_label(times),
+                .y_label = angle ? "error (°)" : "error"};
     add_error(panel, steps, trace, static_cast<Index>(i), "error", ColourRole::estimate, true,
               angle ? 1.0 / kRadiansPerDegree : 1.0);
     figure.panels.push_back(std::move(panel));
@@ -363,10 +364,11 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
   }
   const CovarianceCurves& c = analysis.covariance;
   const RunFigure kind = world_of(analysis.scenario).figure;
+  const StepTimes* const times = analysis.nees.times.get();
   Panel panel{.title = "Covariance",
-              .x_label = "step",
+              .x_label = step_label(times),
               .y_label = kind == RunFigure::states ? "trace" : "trace (m²)"};
-  const FigureData x = index_axis(static_cast<Index>(c.trace.size()));
+  const FigureData x = step_places(times, c.trace.size());
   if (kind == RunFigure::states) {
     panel.series.push_back(line_series("all states", ColourRole::first, x, c.trace));
     if (!c.vehicle.empty()) {
@@ -385,13 +387,14 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
 namespace {
 
 /// RMSE, what P claims and the bound of one block, by step.
-Panel accuracy_panel(const std::string& title, const char* y_label, const std::vector<double>& rmse,
-                     const std::vector<double>& claimed, const BoundCurve& curve, double scale) {
-  Panel panel{.title = title, .x_label = "step", .y_label = y_label};
+Panel accuracy_panel(const std::string& title, const char* y_label, const StepTimes* times,
+                     const std::vector<double>& rmse, const std::vector<double>& claimed,
+                     const BoundCurve& curve, double scale) {
+  Panel panel{.title = title, .x_label = step_label(times), .y_label = y_label};
   const auto roots = [scale](const std::vector<double>& squares) {
     return figure_data(squares, [scale](double value) { return scale * std::sqrt(value); });
   };
-  const FigureData x = index_axis(static_cast<Index>(rmse.size()));
+  const FigureData x = step_places(times, rmse.size());
   panel.series.push_back(line_series("RMSE", ColourRole::estimate, x,
                                      figure_data(rmse, [scale](double value) { return scale * value; })));
   if (!claimed.empty()) panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
@@ -407,19 +410,20 @@ Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
                     "Root mean squared errors over the runs, what P says of them, what a filter would "
                     "claim with its Jacobians at the truth, and the posterior Cramér-Rao bound."};
   if (!a.bound) return figure;
+  const StepTimes* const times = a.nees.times.get();
   const Index landmarks = block_layout(a.scenario).landmarks;
   std::vector<double> of_landmark = a.covariance.landmarks;
   for (double& trace : of_landmark) trace /= static_cast<double>(landmarks);
   for (const BoundCurve& curve : a.bound->blocks) {
     if (curve.block == "position" && !a.errors.position_m.empty()) {
-      figure.panels.push_back(
-          accuracy_panel("Position", "error (m)", a.errors.position_m, a.covariance.vehicle, curve, 1.0));
+      figure.panels.push_back(accuracy_panel("Position", "error (m)", times, a.errors.position_m,
+                                             a.covariance.vehicle, curve, 1.0));
     } else if ((curve.block == "heading" || curve.block == "attitude") && !a.errors.heading_rad.empty()) {
-      figure.panels.push_back(
-          accuracy_panel("Heading", "error (°)", a.errors.heading_rad, {}, curve, 1.0 / kRadiansPerDegree));
+      figure.panels.push_back(accuracy_panel("Heading", "error (°)", times, a.errors.heading_rad, {}, curve,
+                                             1.0 / kRadiansPerDegree));
     } else if (curve.block == "all landmarks" && !a.errors.landmark_m.empty()) {
       figure.panels.push_back(
-          accuracy_panel("Landmarks", "error (m)", a.errors.landmark_m, of_landmark, curve, 1.0));
+          accuracy_panel("Landmarks", "error (m)", times, a.errors.landmark_m, of_landmark, curve, 1.0));
     }
   }
   figure.cols = std::max(1, static_cast<int>(figure.panels.size()));
@@ -433,12 +437,12 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
   std::vector<Figure> figures = {consistency_figure(name, analysis)};
   const RunFigure run = world_of(analysis.scenario).figure;
   if (trace) {
+    const StepTimes* const times = analysis.nees.times.get();
     const auto blocks = analysis.judgement ? std::span<const BlockVerdict>(analysis.judgement->blocks)
                                            : std::span<const BlockVerdict>();
-    figures.push_back(run == RunFigure::line_slam ? monobot_run_figure(name, *trace)
-                      : run == RunFigure::plane_slam
-                          ? planar_run_figure(name, *trace, analysis.scenario.world.dt)
-                          : states_run_figure(name, *trace, blocks));
+    figures.push_back(run == RunFigure::line_slam    ? monobot_run_figure(name, *trace)
+                      : run == RunFigure::plane_slam ? planar_run_figure(name, *trace, times)
+                                                     : states_run_figure(name, *trace, blocks, times));
   }
   figures.push_back(accuracy_figure(name, analysis));
   return figures;

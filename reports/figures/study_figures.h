@@ -20,7 +20,8 @@ namespace credence::internal {
 Figure monobot_run_figure(const std::string& name, const RunTrace& trace);
 
 /// One run in the plane: true and estimated path, landmarks, and their 2σ ellipses; pose errors with 2σ.
-Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s);
+/// times: of the steps; null where not known.
+Figure planar_run_figure(const std::string& name, const RunTrace& trace, const StepTimes* times);
 
 /// Panels of states or blocks that a figure has at most.
 inline constexpr std::size_t kStatePanels = 15, kBlockPanels = 6;
@@ -28,7 +29,7 @@ inline constexpr std::size_t kStatePanels = 15, kBlockPanels = 6;
 /// One run of a world without a picture of its own: the error of every state with 2σ; of more than
 /// kStatePanels first those of the inconsistent ones among `blocks`, the worst first, then as they stand.
 Figure states_run_figure(const std::string& name, const RunTrace& trace,
-                         std::span<const BlockVerdict> blocks = {});
+                         std::span<const BlockVerdict> blocks = {}, const StepTimes* times = nullptr);
 
 /// ANEES and mean NIS over the steps, of several sensors each its own, with pointwise and simultaneous bounds
 /// and, for linear models, the exact curves; and the traces of P.

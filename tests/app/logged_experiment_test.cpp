@@ -68,6 +68,29 @@ TEST_F(LoggedExperiment, WorldsOnGroupsRunSweepAndLog) {
   }
 }
 
+// Step 10 of 0.5 s is at 5 s, whether the world says it or a log of it.
+TEST_F(LoggedExperiment, ARunAndItsLogsTellTimesWhereTheWorldHasThem) {
+  const std::vector<std::string> study = {
+      scenario_file("tracking"),  "--runs", "64", "--steps", "40", "--set", "world.dt=0.5", "--set",
+      "filter.process_scale=0.02"};
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin() + 1, study.begin(), study.end());
+    return arguments;
+  };
+  const Json own = json(with({"run", "--format", "json"}))["nees"]["optimistic_steps"];
+  ASSERT_TRUE(own.is_object());
+  EXPECT_EQ(own["first_time_s"], 0.5 * own["first"].get<double>());
+  EXPECT_EQ(own["last_time_s"], 0.5 * own["last"].get<double>());
+  for (const char* format : {"csv", "npz"}) {
+    ASSERT_EQ(run(with({"run", "--log", format, "--log-format", format, "--quiet"})).code, 0);
+    EXPECT_EQ(json({"check", format, "--format", "json"})["nees"]["optimistic_steps"], own) << format;
+  }
+  ASSERT_EQ(
+      run({"run", scenario_file("figure1_two_landmarks"), "--runs", "1", "--log", "line", "--quiet"}).code,
+      0);
+  EXPECT_THAT(read("line/run-000000.csv"), testing::StartsWith("step,estimate."));
+}
+
 // P of the invariant filters is that of an error in SE(2), and so must be what a log writes beside it.
 TEST_F(LoggedExperiment, LogsOfInvariantEstimatorsHoldTheErrorOfTheirP) {
   for (const char* estimator : {"ekf", "invariant", "invariant-left", "ukf-manifold"}) {

@@ -201,16 +201,17 @@ void judge_sensitivity(const Evidence& e, Judgement& j) {
 /// Which steps of the runs the steps judged are.
 void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j) {
   j.step_stride = e.step_stride;
-  const auto name = [&](ConsistencyVerdict& v) {
-    v.step_stride = e.step_stride;
+  // Of all runs every step is there.
+  const std::int64_t stride_of_all = context.all_runs != nullptr ? 1 : e.step_stride;
+  const auto name = [&](ConsistencyVerdict& v, std::int64_t stride) {
+    v.step_stride = stride;
     v.times = context.times;
   };
-  for (BlockVerdict& block : j.blocks) name(block.verdict);
-  for (SensorJudgement& sensor : j.sensors) name(sensor.nis);
-  if (context.all_runs != nullptr) return;  // whose steps are all there
-  name(j.nees);
-  name(j.nis);
-  if (j.vehicle_nees) name(*j.vehicle_nees);
+  for (BlockVerdict& block : j.blocks) name(block.verdict, e.step_stride);
+  for (SensorJudgement& sensor : j.sensors) name(sensor.nis, e.step_stride);
+  name(j.nees, stride_of_all);
+  name(j.nis, stride_of_all);
+  if (j.vehicle_nees) name(*j.vehicle_nees, stride_of_all);
 }
 
 /// By their numbers among all runs, of which the evidence has those that ended well.

@@ -4,10 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "analysis/evidence/sums/step_series.h"
 
 namespace credence::internal {
+
+std::shared_ptr<const StepTimes> StepTimes::every(double step_s) {
+  if (!(step_s > 0.0)) return nullptr;
+  StepTimes times;
+  times.step_s_ = step_s;
+  return std::make_shared<const StepTimes>(std::move(times));
+}
 
 void StepTimes::add(std::int64_t step, double time_s) {
   if (!std::isfinite(time_s)) return;
@@ -59,16 +67,18 @@ void StepTimes::merge(const StepTimes& later) {
 }
 
 double StepTimes::interval_s() const {
+  if (step_s_ > 0.0) return step_s_;
   return last_step_ > first_step_ ? last_elapsed_s_ / static_cast<double>(last_step_ - first_step_) : 0.0;
 }
 
 bool StepTimes::as_told() const {
   constexpr double kLongest_s = 1e7;  // beyond it, it is a date
-  return latest_begin_s_ - earliest_begin_s_ <= 0.5 * interval_s() &&
-         std::abs(earliest_begin_s_) < kLongest_s;
+  return step_s_ > 0.0 || (latest_begin_s_ - earliest_begin_s_ <= 0.5 * interval_s() &&
+                           std::abs(earliest_begin_s_) < kLongest_s);
 }
 
 double StepTimes::at(std::int64_t step) const {
+  if (step_s_ > 0.0) return step_s_ * static_cast<double>(step);
   if (!known() || step < 1 || (step - 1) % stride_ != 0) return kNaN;
   const auto k = static_cast<std::size_t>((step - 1) / stride_);
   if (k >= elapsed_s_.size()) return kNaN;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace credence::internal {
 /// step is kept, as of all sums by step (step_series.h).
 class StepTimes {
  public:
+  /// Of simulated runs, whose step k is at k step_s; null where that is not > 0, as of a world without times.
+  static std::shared_ptr<const StepTimes> every(double step_s);
+
   /// The next steps are of another run.
   void begin_run() { run_begin_s_ = kNaN; }
   /// The step (from 1) of that run, later than those before it, was at this time; NaN: it has none.
@@ -21,7 +25,7 @@ class StepTimes {
   /// Adds runs that come after these.
   void merge(const StepTimes& later);
 
-  bool known() const { return agreed_ && last_step_ > first_step_; }
+  bool known() const { return step_s_ > 0.0 || (agreed_ && last_step_ > first_step_); }
   /// Times are as the runs tell them; else, of clocks that differ or count from 1970, since the first row.
   bool as_told() const;
   /// NaN where not known.
@@ -34,6 +38,7 @@ class StepTimes {
   void place(std::int64_t step, double time_s);
   double interval_s() const;  ///< between two steps, on average
 
+  double step_s_ = 0.0;            ///< of simulated runs, and then all that is known
   std::vector<double> elapsed_s_;  ///< at the steps 1, 1 + stride, …, since the first row; NaN: not known
   std::int64_t stride_ = 1;
   std::int64_t first_step_ = 0, last_step_ = 0;             ///< that are known; 0: none

@@ -26,7 +26,8 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
   CheckedLogs logs;
   logs.name = options.name;
   logs.format = fmt::format("simulated, {} steps, seed {}", options.steps, options.seed);
-  logs.analysis = analyse_logs(std::move(evidence).value(), {.confidence = options.confidence});
+  logs.analysis = analyse_logs(std::move(evidence).value(),
+                               {.confidence = options.confidence, .times = StepTimes::every(options.dt)});
   for (const RunFailure& failure : logs.analysis.evidence.study.failures) {
     if (failure.outcome != Outcome::threw || !said) continue;
     logs.failures_said[failure.run] = fmt::format("seed {}: {}", options.seed, said(failure.run));

@@ -24,8 +24,9 @@ struct JudgeOptions {
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each processor; the bits do not depend on it
   double confidence =
-      0.95;               ///< a consistent filter is called anything else with probability 1 − this at most
-  bool inflated = false;  ///< the filter inflates its covariance on purpose
+      0.95;         ///< a consistent filter is called anything else with probability 1 − this at most
+  double dt = 0.0;  ///< time of a step, s, to tell it of steps; 0: that of a world with dt(), else not known
+  bool inflated = false;   ///< the filter inflates its covariance on purpose
   bool check_plug = true;  ///< play a few runs first, and throw where something is wrong with them
   /// What makes the noise of the world other than a filter believes.
   NoiseShape process_noise{}, measurement_noise{};
@@ -39,6 +40,19 @@ struct JudgeOptions {
             .measurement_delay = measurement_delay};
   }
 };
+
+namespace internal {
+
+/// The options, with the time of a step of the world where it has one and they do not.
+template <class World>
+JudgeOptions timed(JudgeOptions options, const World& world) {
+  if constexpr (HasTimeStep<World>) {
+    if (options.dt == 0.0) options.dt = world.dt();
+  }
+  return options;
+}
+
+}  // namespace internal
 
 /// Judges an experiment by all of its runs. `said(run)` is asked what a filter that threw said.
 JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
@@ -54,10 +68,11 @@ JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOption
   using Filter = std::invoke_result_t<const MakeFilter&>;
   internal::require_plug<World, Filter>();
   if constexpr (PluggedWorld<World> && PluggedFilter<Filter, World>) {
+    const JudgeOptions with_time = internal::timed(options, world);
     const PluggedExperiment<World, MakeFilter> experiment(std::move(world), std::move(make_filter),
                                                           options.plug());
     if (options.check_plug) internal::require_sound(experiment.problems());
-    return judge_experiment(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
+    return judge_experiment(experiment, with_time, [&](std::int64_t run) { return experiment.said(run); });
   } else {
     throw std::invalid_argument("no world and filter that fit");  // refused by the compiler above
   }
@@ -66,9 +81,10 @@ JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOption
 /// The same for a filter that brings lanes (BatchFilter): `make_batch()` gives one of kLanes runs.
 template <class World, class MakeBatch>
 JudgedFilter judge_batch(World world, MakeBatch make_batch, const JudgeOptions& options = {}) {
+  const JudgeOptions with_time = internal::timed(options, world);
   const BatchExperiment<World, MakeBatch> experiment(std::move(world), std::move(make_batch), options.plug());
   if (options.check_plug) internal::require_sound(experiment.problems());
-  return judge_experiment(experiment, options);
+  return judge_experiment(experiment, with_time);
 }
 
 /// Judges the extended Kalman filter of a model in the world of that model, or of another one, beside the

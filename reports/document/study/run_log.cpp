@@ -15,8 +15,8 @@ constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
 
 /// The columns of these states of the layout, of this many measurements and of what is known of their R.
 std::string log_header(const RunLayout& layout, const std::vector<Index>& states, Index measurements,
-                       const Matrix& R) {
-  std::string text = "step";
+                       const Matrix& R, bool timed) {
+  std::string text = timed ? "step,time" : "step";
   const auto out = std::back_inserter(text);
   for (const Index state : states) {
     const auto i = static_cast<std::size_t>(state);
@@ -90,7 +90,7 @@ void find_places(const std::vector<Index>& columns, const std::vector<Index>& st
 }  // namespace
 
 void write_run_log(const std::filesystem::path& target, const RunTrace& trace, std::size_t end,
-                   const std::string& failure) {
+                   const std::string& failure, double step_s) {
   const std::vector<Index>& states = trace.steps.back().states;
   end = std::min(end, trace.steps.size());
   Index m = 0;
@@ -98,7 +98,7 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
   AtomicFile file(target);
   // Of a run that measured nothing there is no sensor for it to belong to.
   const Matrix R = m > 0 ? assumed_noise(trace.layout.sensors.front(), m) : Matrix();
-  std::string text = log_header(trace.layout, states, m, R);
+  std::string text = log_header(trace.layout, states, m, R, step_s > 0.0);
   std::vector<Index> places, measured(static_cast<std::size_t>(m));
   for (std::size_t k = 1; k < end; ++k) {
     const TraceStep& step = trace.steps[k];
@@ -107,6 +107,7 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
       measured[static_cast<std::size_t>(i)] = i < step.innovation().size() ? i : -1;
     }
     fmt::format_to(std::back_inserter(text), "{}", k);
+    if (step_s > 0.0) fmt::format_to(std::back_inserter(text), ",{}", step_s * static_cast<double>(k));
     append(text, step.estimate, places);
     append(text, step.truth, places);
     append(text, step.P, places);

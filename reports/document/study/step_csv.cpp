@@ -20,8 +20,15 @@ void add_test(std::vector<CsvField>& row, const StepTest& test) {
                          field(test.p_value), test.count});
 }
 
-std::vector<std::string> test_columns() {
+/// times: null where not known.
+std::vector<CsvField> step_fields(const StepTimes* times, std::int64_t step) {
+  if (times == nullptr) return {step};
+  return {step, field(times->at(step))};
+}
+
+std::vector<std::string> test_columns(const StepTimes* times) {
   std::vector<std::string> columns = {"step"};
+  if (times != nullptr) columns.emplace_back("time");
   for (const char* name : {"nees", "nis"}) {
     for (const char* what : {"mean", "expected", "lower", "upper", "p_value", "runs"}) {
       columns.push_back(fmt::format("{}_{}", name, what));
@@ -33,13 +40,14 @@ std::vector<std::string> test_columns() {
 }  // namespace
 
 void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a) {
-  std::vector<std::string> columns = test_columns();
+  const StepTimes* const times = a.nees.times.get();
+  std::vector<std::string> columns = test_columns(times);
   for (const char* name : {"exact_nees", "exact_nis", "trace_prior", "trace", "vehicle", "landmarks"}) {
     columns.emplace_back(name);
   }
   CsvWriter csv(target, columns);
   for (std::size_t k = 0; k < a.statistics.steps.size(); ++k) {
-    std::vector<CsvField> row = {k + 1};
+    std::vector<CsvField> row = step_fields(times, static_cast<std::int64_t>(k) + 1);
     add_test(row, a.nees.steps[k]);
     add_test(row, a.nis.steps[k]);
     const bool exact = k < a.exact.size();
@@ -56,13 +64,11 @@ void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a
 
 void write_log_csv(const std::filesystem::path& target, const LogAnalysis& a) {
   const StepTimes* const times = a.judgement.nees.times.get();
-  std::vector<std::string> columns = test_columns();
-  if (times != nullptr) columns.insert(columns.begin() + 1, "time");
+  const std::vector<std::string> columns = test_columns(times);
   CsvWriter csv(target, columns);
   for (std::size_t k = 0; k < a.evidence.study.steps.size(); ++k) {
     const std::int64_t step = 1 + static_cast<std::int64_t>(k) * a.evidence.step_stride;
-    std::vector<CsvField> row = {step};
-    if (times != nullptr) row.push_back(field(times->at(step)));
+    std::vector<CsvField> row = step_fields(times, step);
     add_test(row, a.judgement.nees.steps[k]);
     add_test(row, a.judgement.nis.steps[k]);
     csv.add(row);

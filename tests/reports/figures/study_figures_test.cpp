@@ -84,7 +84,7 @@ TEST(StudyFigures, InThePlaneTimeIsInSecondsAndHeadingInDegrees) {
   Scenario scenario = short_study("planar");
   scenario.world.landmarks = 3;
   const RunTrace trace = run_of(scenario);
-  const Figure figure = planar_run_figure("p", trace, 0.25);
+  const Figure figure = planar_run_figure("p", trace, StepTimes::every(0.25).get());
   EXPECT_NO_THROW(validate(figure));
   ASSERT_EQ(figure.panels.size(), 4U);
   expect_errors(figure.panels[1], trace, 0, 1.0);
@@ -116,13 +116,14 @@ TEST(StudyFigures, EllipsesTooSmallToBeSeenAreDrawnLarger) {
     step.P.topLeftCorner(2, 2).diagonal().setConstant(1e-6 * extent * extent);
   // 2σ is 0.002 of the largest distance from the start, which is the extent or down to half of it: times 20
   // it is 3 % of the first, times 50 of the second.
-  const Figure figure = planar_run_figure("p", trace, 1.0);
+  const Figure figure = planar_run_figure("p", trace, StepTimes::every(1.0).get());
   const Series* drawn = find_series(figure.panels[0], "vehicle 2σ, 20×");
   if (drawn == nullptr) drawn = find_series(figure.panels[0], "vehicle 2σ, 50×");
   ASSERT_NE(drawn, nullptr);
   EXPECT_THAT(figure.caption, testing::HasSubstr("times as large"));
   for (TraceStep& step : trace.steps) step.P.topLeftCorner(2, 2) *= 1e4;
-  EXPECT_NE(find_series(planar_run_figure("p", trace, 1.0).panels[0], "vehicle 2σ"), nullptr);
+  EXPECT_NE(find_series(planar_run_figure("p", trace, StepTimes::every(1.0).get()).panels[0], "vehicle 2σ"),
+            nullptr);
 }
 
 /// A run of blocks "b0", "b1", … of two states each, "b0.x" and "b0.y", …

@@ -27,6 +27,14 @@ TEST(StepTimes, NothingIsKnownOfRunsWithoutTimes) {
   EXPECT_EQ(times.text(1, 2), "");
 }
 
+TEST(StepTimes, OfSimulatedRunsAreMultiplesOfAStepHoweverLong) {
+  EXPECT_EQ(StepTimes::every(0.0), nullptr);
+  const auto times = StepTimes::every(0.25);
+  EXPECT_TRUE(times->known() && times->as_told());
+  EXPECT_EQ(times->at(4 * kMostSteps + 3), 0.25 * static_cast<double>(4 * kMostSteps + 3));
+  EXPECT_EQ(times->text(188, 188), " (t = 47.0 s)");
+}
+
 TEST(StepTimes, AreToldAsTheRunsTellThemInTheDigitsOfAStep) {
   const StepTimes times = run_at(0.1, 0.1, 200);
   EXPECT_TRUE(times.as_told());

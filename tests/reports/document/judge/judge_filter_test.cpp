@@ -56,6 +56,22 @@ TEST(JudgeFilter, TrustsTheRightModelAndNamesTheWrongOne) {
   EXPECT_LT(wrong.p_value(), 1e-6);
 }
 
+TEST(JudgeFilter, TellsTimesOfAWorldThatHasThemOrOfTheOptions) {
+  FunctionModel believed = radar();
+  believed.Q *= 0.1;
+  JudgeOptions options = kOptions;
+  EXPECT_THAT(judge_model(radar(), believed, options).text(), Not(HasSubstr("(t = ")));
+  options.dt = 0.5;
+  const JudgedFilter judged = judge_model(radar(), believed, options);
+  const auto steps = nlohmann::json::parse(judged.json())["nees"]["optimistic_steps"];
+  EXPECT_EQ(steps["first_time_s"], 0.5 * steps["first"].get<double>());
+  struct Clock {
+    double dt() const { return 0.1; }
+  };
+  EXPECT_EQ(timed(kOptions, Clock()).dt, 0.1);
+  EXPECT_EQ(timed(options, Clock()).dt, 0.5);
+}
+
 TEST(JudgeFilter, SetsTheBoundBesideTheErrorsOfAModel) {
   FunctionModel believed = radar();
   believed.R *= 25.0;
