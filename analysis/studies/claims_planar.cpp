@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "analysis/stability/planar_stability.h"
 #include "analysis/studies/claims.h"
 #include "montecarlo/scenario/world_schema.h"
@@ -34,7 +36,8 @@ const PlanarFollowed& in_ekf(const PlanarStability& a, InflationSolution solutio
 }
 
 std::string growth_text(const PlanarFollowed& f) {
-  return fmt::format("{}, exponent {:.2f}", to_string(f.growth.verdict), f.growth.exponent);
+  const double rounded = 0.01 * std::round(100.0 * f.growth.exponent) + 0.0;  // no −0
+  return fmt::format("{}, exponent {:.2f}", to_string(f.growth.verdict), rounded);
 }
 
 Index rank(const PlanarRanks& ranks) { return ranks.observability.decision.rank; }
