@@ -58,26 +58,26 @@ inline bool factor_lower(Index n, const double* P, Index stride, double* L) {
 template <Index n>
 inline bool factor_lower(const double* P, Index stride, double* L) {
   double l[n][n];
-#pragma GCC unroll 3
+#pragma GCC unroll 6
   for (Index k = 0; k < n; ++k) {
-#pragma GCC unroll 3
+#pragma GCC unroll 6
     for (Index i = k; i < n; ++i) {
       double sum = 0.0;
-#pragma GCC unroll 3
+#pragma GCC unroll 6
       for (Index j = 0; j < k; ++j) sum += l[j][i] * l[j][k];
       l[k][i] = P[k * stride + i] - sum;
     }
     if (!(l[k][k] > 0.0 && l[k][k] <= std::numeric_limits<double>::max())) return false;
     l[k][k] = std::sqrt(l[k][k]);
-#pragma GCC unroll 3
+#pragma GCC unroll 6
     for (Index i = k + 1; i < n; ++i) l[k][i] /= l[k][k];
-#pragma GCC unroll 3
+#pragma GCC unroll 6
     for (Index i = k; i < n; ++i) L[k * n + i] = l[k][i];
   }
   return true;
 }
 
-[[gnu::always_inline]] inline void solve_with_lower(Index n, const double* L, double* x) {
+inline void solve_with_lower(Index n, const double* L, double* x) {
   constexpr Index kPanel = 8;  // of Eigen's solution
   for (Index begin = 0; begin < n; begin += kPanel) {
     const Index end = std::min(begin + kPanel, n);
@@ -94,6 +94,21 @@ inline bool factor_lower(const double* P, Index stride, double* L) {
   }
 }
 
+/// The same of so few rows that all of x stays in registers.
+template <Index n>
+inline void solve_with_lower(const double* L, double* x) {
+  double y[n];
+  std::copy_n(x, n, y);
+#pragma GCC unroll 6
+  for (Index j = 0; j < n; ++j) {
+    if (y[j] == 0.0) continue;
+    y[j] /= L[j * n + j];
+#pragma GCC unroll 6
+    for (Index i = j + 1; i < n; ++i) y[i] -= y[j] * L[j * n + i];
+  }
+  std::copy_n(y, n, x);
+}
+
 }  // namespace
 
 bool SmallCholesky::compute(const MatrixRef& P) {
@@ -106,6 +121,12 @@ bool SmallCholesky::compute(const MatrixRef& P) {
       return factor_lower<2>(P.data(), stride, L_.data());
     case 3:
       return factor_lower<3>(P.data(), stride, L_.data());
+    case 4:
+      return factor_lower<4>(P.data(), stride, L_.data());
+    case 5:
+      return factor_lower<5>(P.data(), stride, L_.data());
+    case 6:
+      return factor_lower<6>(P.data(), stride, L_.data());
     default:
       return factor_lower(n, P.data(), stride, L_.data());
   }
@@ -114,11 +135,17 @@ bool SmallCholesky::compute(const MatrixRef& P) {
 void SmallCholesky::solve_lower(Eigen::Ref<Vector> x) const {
   switch (L_.rows()) {
     case 1:
-      return solve_with_lower(1, L_.data(), x.data());
+      return solve_with_lower<1>(L_.data(), x.data());
     case 2:
-      return solve_with_lower(2, L_.data(), x.data());
+      return solve_with_lower<2>(L_.data(), x.data());
     case 3:
-      return solve_with_lower(3, L_.data(), x.data());
+      return solve_with_lower<3>(L_.data(), x.data());
+    case 4:
+      return solve_with_lower<4>(L_.data(), x.data());
+    case 5:
+      return solve_with_lower<5>(L_.data(), x.data());
+    case 6:
+      return solve_with_lower<6>(L_.data(), x.data());
     default:
       return solve_with_lower(L_.rows(), L_.data(), x.data());
   }

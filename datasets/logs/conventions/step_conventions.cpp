@@ -107,22 +107,28 @@ std::string StepConventions::other_order() const {
   const auto n = static_cast<Index>(layout_.states.size());
   const std::vector<std::vector<Index>> parts = parts_in_order(layout_);
   if (parts.empty()) return {};
-  Matrix ratio = Matrix::Zero(n, n);  // mean e_i²/P_jj
-  Vector logarithm = Vector::Zero(n);
+  const auto counts = [n](const Matrix& row) { return row.rows() == n && row.diagonal().minCoeff() > 0.0; };
+  Vector as_written = Vector::Zero(n);  // mean e_i²/P_ii
   double rows = 0.0;
   for (const Matrix& row : rows_) {
-    const Vector variance = row.diagonal();
-    if (row.rows() != n || !(variance.minCoeff() > 0.0)) continue;
-    ratio += row.col(n).cwiseAbs2() * variance.cwiseInverse().transpose();
-    logarithm += variance.array().log().matrix();
+    if (!counts(row)) continue;
+    for (Index i = 0; i < n; ++i) as_written[i] += row(i, n) * row(i, n) / row(i, i);
     rows += 1.0;
   }
   if (rows < static_cast<double>(kFewestForReading)) return {};
+  as_written /= rows;
+  if (as_written.maxCoeff() < kFarOff && as_written.minCoeff() > 1.0 / kFarOff) return {};
+  Matrix ratio = Matrix::Zero(n, n);  // mean e_i²/P_jj
+  Vector logarithm = Vector::Zero(n);
+  for (const Matrix& row : rows_) {
+    if (!counts(row)) continue;
+    const Vector variance = row.diagonal();
+    ratio += row.col(n).cwiseAbs2() * variance.cwiseInverse().transpose();
+    logarithm += variance.array().log().matrix();
+  }
   ratio /= rows;
   logarithm /= rows;
   const auto near = [](double value) { return value > 1.0 / kNear && value < kNear; };
-  const Vector as_written = ratio.diagonal();
-  if (as_written.maxCoeff() < kFarOff && as_written.minCoeff() > 1.0 / kFarOff) return {};
   std::vector<std::size_t> order(parts.size()), best;
   std::iota(order.begin(), order.end(), std::size_t{0});
   double least = std::numeric_limits<double>::infinity();
