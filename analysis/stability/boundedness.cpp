@@ -22,16 +22,11 @@ BoundednessReason reason_for(const ExactBoundedness& result) {
 
 std::string_view to_string(BoundednessReason reason) {
   switch (reason) {
-    case BoundednessReason::paired:
-      return "paired";
-    case BoundednessReason::nothing_unobserved:
-      return "nothing unobserved";
-    case BoundednessReason::unpaired:
-      return "unpaired";
-    case BoundednessReason::unstable:
-      return "unstable";
-    case BoundednessReason::undecided:
-      break;
+    case BoundednessReason::paired: return "paired";
+    case BoundednessReason::nothing_unobserved: return "nothing unobserved";
+    case BoundednessReason::unpaired: return "unpaired";
+    case BoundednessReason::unstable: return "unstable";
+    case BoundednessReason::undecided: break;
   }
   return "undecided";
 }

@@ -7,16 +7,11 @@ namespace {
 
 unsigned eigen_options(SvdVectors vectors) {
   switch (vectors) {
-    case SvdVectors::left:
-      return Eigen::ComputeThinU;
-    case SvdVectors::right:
-      return Eigen::ComputeThinV;
-    case SvdVectors::full_left:
-      return Eigen::ComputeFullU;
-    case SvdVectors::full_right:
-      return Eigen::ComputeFullV;
-    case SvdVectors::none:
-      break;
+    case SvdVectors::left: return Eigen::ComputeThinU;
+    case SvdVectors::right: return Eigen::ComputeThinV;
+    case SvdVectors::full_left: return Eigen::ComputeFullU;
+    case SvdVectors::full_right: return Eigen::ComputeFullV;
+    case SvdVectors::none: break;
   }
   return 0;
 }

@@ -75,12 +75,9 @@ PlanarFollowed followed(const PlanarPathRun& run, Linearisation at, InflationSol
 std::vector<InflationSolution> solutions_of(const Scenario& scenario) {
   using enum InflationSolution;
   switch (scenario.filter.inflation) {
-    case FilterInflation::map:
-      return {pairwise, min_trace, sequential, batch, drop};
-    case FilterInflation::full:
-      return {pairwise, min_trace};
-    default:
-      return {scenario.filter.solution};
+    case FilterInflation::map: return {pairwise, min_trace, sequential, batch, drop};
+    case FilterInflation::full: return {pairwise, min_trace};
+    default: return {scenario.filter.solution};
   }
 }
 

@@ -102,18 +102,12 @@ using namespace internal;
 
 std::string_view to_string(RiccatiKind kind) {
   switch (kind) {
-    case RiccatiKind::stabilising:
-      return "stabilising";
-    case RiccatiKind::strong:
-      return "strong";
-    case RiccatiKind::depends_on_initial:
-      return "psd depending on P0";
-    case RiccatiKind::oscillating:
-      return "oscillating";
-    case RiccatiKind::unbounded:
-      return "none";
-    case RiccatiKind::undecided:
-      break;
+    case RiccatiKind::stabilising: return "stabilising";
+    case RiccatiKind::strong: return "strong";
+    case RiccatiKind::depends_on_initial: return "psd depending on P0";
+    case RiccatiKind::oscillating: return "oscillating";
+    case RiccatiKind::unbounded: return "none";
+    case RiccatiKind::undecided: break;
   }
   return "undecided";
 }

@@ -26,12 +26,10 @@ constexpr double kGrowthTolerance = 1e-6;
 std::string cause_of_growth(const LinearModel& model) {
   const ExactBoundedness exact = exact_boundedness(model.F, model.H, model.G * model.Q * model.G.transpose());
   switch (exact.reason) {
-    case BoundednessReason::unstable:
-      return "; P grows without bound: an unobservable direction is unstable";
+    case BoundednessReason::unstable: return "; P grows without bound: an unobservable direction is unstable";
     case BoundednessReason::unpaired:
       return "; P grows without bound: noise drives an unobservable direction";
-    default:
-      return {};
+    default: return {};
   }
 }
 

@@ -8,12 +8,9 @@ using namespace internal;
 
 std::string_view to_string(LongRun verdict) {
   switch (verdict) {
-    case LongRun::bounded:
-      return "bounded";
-    case LongRun::growing:
-      return "growing";
-    case LongRun::failed:
-      break;
+    case LongRun::bounded: return "bounded";
+    case LongRun::growing: return "growing";
+    case LongRun::failed: break;
   }
   return "failed";
 }

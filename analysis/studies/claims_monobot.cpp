@@ -317,14 +317,10 @@ Claim anchored_is_bounded() {
 
 std::string_view to_string(ClaimVerdict verdict) {
   switch (verdict) {
-    case ClaimVerdict::holds:
-      return "holds";
-    case ClaimVerdict::conditional:
-      return "conditional";
-    case ClaimVerdict::fails:
-      return "fails";
-    case ClaimVerdict::not_measured:
-      return "not measured";
+    case ClaimVerdict::holds: return "holds";
+    case ClaimVerdict::conditional: return "conditional";
+    case ClaimVerdict::fails: return "fails";
+    case ClaimVerdict::not_measured: return "not measured";
   }
   return "";
 }

@@ -273,27 +273,20 @@ std::vector<TimedWork> other_works(std::span<const int> threads) {
 
 std::string_view to_string(TimedFilter filter) {
   switch (filter) {
-    case TimedFilter::full:
-      return "full";
-    case TimedFilter::naive:
-      return "naive";
-    case TimedFilter::map:
-      return "map";
-    case TimedFilter::batch:
-      return "batch";
+    case TimedFilter::full: return "full";
+    case TimedFilter::naive: return "naive";
+    case TimedFilter::map: return "map";
+    case TimedFilter::batch: return "batch";
   }
   return "";
 }
 
 Index largest_map(TimedFilter filter) {
   switch (filter) {
-    case TimedFilter::full:
-      return 3000;
-    case TimedFilter::naive:
-      return 1000;
+    case TimedFilter::full: return 3000;
+    case TimedFilter::naive: return 1000;
     case TimedFilter::map:
-    case TimedFilter::batch:
-      return 1'000'000;
+    case TimedFilter::batch: return 1'000'000;
   }
   return 0;
 }

@@ -10,14 +10,10 @@ namespace {
 /// From where on the map's share of the cost outweighs all else.
 Index fitted_from(TimedFilter filter) {
   switch (filter) {
-    case TimedFilter::full:
-      return 300;
-    case TimedFilter::naive:
-      return 100;
-    case TimedFilter::map:
-      return 1000;
-    case TimedFilter::batch:
-      return 10'000;
+    case TimedFilter::full: return 300;
+    case TimedFilter::naive: return 100;
+    case TimedFilter::map: return 1000;
+    case TimedFilter::batch: return 10'000;
   }
   return 1;
 }

@@ -90,34 +90,20 @@ double unwrapped_difference(double heading, double compass_noise, double heading
 
 std::string_view to_string(Defect defect) {
   switch (defect) {
-    case Defect::none:
-      return "exact filter";
-    case Defect::process_noise_too_small:
-      return "Q assumed 1/25";
-    case Defect::process_noise_too_large:
-      return "Q assumed x 25";
-    case Defect::measurement_noise_too_small:
-      return "R assumed 1/2";
-    case Defect::measurement_noise_too_large:
-      return "R assumed x 2";
-    case Defect::wrong_dof:
-      return "one dof too many";
-    case Defect::unwrapped_angle:
-      return "angle not wrapped";
-    case Defect::dropped_cross_covariance:
-      return "cross-covariance dropped";
-    case Defect::coloured_noise:
-      return "innovation not white";
-    case Defect::initial_covariance:
-      return "P0 assumed 1/9";
-    case Defect::gated_innovations:
-      return "gated innovations";
-    case Defect::biased_measurement:
-      return "biased compass";
-    case Defect::heavy_tails:
-      return "noise with heavy tails, P right";
-    case Defect::shared_prior:
-      return "two sensors against one prior, P right";
+    case Defect::none: return "exact filter";
+    case Defect::process_noise_too_small: return "Q assumed 1/25";
+    case Defect::process_noise_too_large: return "Q assumed x 25";
+    case Defect::measurement_noise_too_small: return "R assumed 1/2";
+    case Defect::measurement_noise_too_large: return "R assumed x 2";
+    case Defect::wrong_dof: return "one dof too many";
+    case Defect::unwrapped_angle: return "angle not wrapped";
+    case Defect::dropped_cross_covariance: return "cross-covariance dropped";
+    case Defect::coloured_noise: return "innovation not white";
+    case Defect::initial_covariance: return "P0 assumed 1/9";
+    case Defect::gated_innovations: return "gated innovations";
+    case Defect::biased_measurement: return "biased compass";
+    case Defect::heavy_tails: return "noise with heavy tails, P right";
+    case Defect::shared_prior: return "two sensors against one prior, P right";
   }
   return "unknown";
 }
@@ -133,12 +119,9 @@ SyntheticSetup setup_of(Defect defect) {
       return {.noise_ratio = kResponsive, .measurement_scale = 0.5, .defect = defect};
     case Defect::measurement_noise_too_large:
       return {.noise_ratio = kResponsive, .measurement_scale = 2.0, .defect = defect};
-    case Defect::initial_covariance:
-      return {.initial_scale = 1.0 / 9.0, .defect = defect};
-    case Defect::shared_prior:
-      return {.noise_ratio = 1.0, .defect = defect};
-    default:
-      return {.defect = defect};
+    case Defect::initial_covariance: return {.initial_scale = 1.0 / 9.0, .defect = defect};
+    case Defect::shared_prior: return {.noise_ratio = 1.0, .defect = defect};
+    default: return {.defect = defect};
   }
 }
 

@@ -164,12 +164,9 @@ void plan_verdict(const PlanQuestion& question, const PilotTiming& pilot, std::i
 
 std::string_view to_string(CorrelationSource source) {
   switch (source) {
-    case CorrelationSource::exact_law:
-      return "exact law";
-    case CorrelationSource::pilot:
-      return "pilot";
-    case CorrelationSource::worst_case:
-      return "worst case";
+    case CorrelationSource::exact_law: return "exact law";
+    case CorrelationSource::pilot: return "pilot";
+    case CorrelationSource::worst_case: return "worst case";
   }
   return "worst case";
 }

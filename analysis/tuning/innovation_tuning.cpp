@@ -110,8 +110,7 @@ std::string gain_note(GainError gain) {
       return "The innovations alternate: the gain is too large, Q over R should be smaller. A scale alone "
              "mends "
              "the mean of NIS and not this.";
-    case GainError::other:
-      break;
+    case GainError::other: break;
   }
   return "The innovations are correlated, but not from one to the next: neither Q nor R explains that.";
 }
@@ -141,14 +140,10 @@ void add_notes(InnovationTuning& t) {
 
 std::string_view to_string(GainError error) {
   switch (error) {
-    case GainError::none_seen:
-      return "none seen";
-    case GainError::too_small:
-      return "too small";
-    case GainError::too_large:
-      return "too large";
-    case GainError::other:
-      break;
+    case GainError::none_seen: return "none seen";
+    case GainError::too_small: return "too small";
+    case GainError::too_large: return "too large";
+    case GainError::other: break;
   }
   return "other";
 }

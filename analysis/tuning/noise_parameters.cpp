@@ -17,12 +17,9 @@ namespace {
 template <class Noise>
 Matrix Noise::*member(NoiseMatrix which) {
   switch (which) {
-    case NoiseMatrix::Q:
-      return &Noise::Q;
-    case NoiseMatrix::R:
-      return &Noise::R;
-    case NoiseMatrix::P0:
-      break;
+    case NoiseMatrix::Q: return &Noise::Q;
+    case NoiseMatrix::R: return &Noise::R;
+    case NoiseMatrix::P0: break;
   }
   return &Noise::P0;
 }
@@ -60,12 +57,9 @@ std::string element_name(NoiseMatrix matrix, Index row, Index column) {
 
 std::string_view to_string(NoiseMatrix matrix) {
   switch (matrix) {
-    case NoiseMatrix::Q:
-      return "Q";
-    case NoiseMatrix::R:
-      return "R";
-    case NoiseMatrix::P0:
-      break;
+    case NoiseMatrix::Q: return "Q";
+    case NoiseMatrix::R: return "R";
+    case NoiseMatrix::P0: break;
   }
   return "P0";
 }

@@ -27,8 +27,7 @@ DecorrelatedSet decorrelated_set(const BlockLayout& layout, Inflation inflation)
   switch (inflation) {
     case Inflation::none:
       return {{.vehicle = 0, .landmark = layout.landmark, .landmarks = 0}, layout.state_dim()};
-    case Inflation::full:
-      return {layout, 0};
+    case Inflation::full: return {layout, 0};
     case Inflation::map:
       return {{.vehicle = 0, .landmark = layout.landmark, .landmarks = layout.landmarks}, layout.vehicle};
   }

@@ -72,17 +72,10 @@ class DualAscent {
     double residual = 0.0, trace = 0.0;
     for (const DiagonalBlock& b : blocks_) {
       switch (b.size) {
-        case 1:
-          update<1>(b, residual, trace);
-          break;
-        case 2:
-          update<2>(b, residual, trace);
-          break;
-        case 3:
-          update<3>(b, residual, trace);
-          break;
-        default:
-          update<Eigen::Dynamic>(b, residual, trace);
+        case 1: update<1>(b, residual, trace); break;
+        case 2: update<2>(b, residual, trace); break;
+        case 3: update<3>(b, residual, trace); break;
+        default: update<Eigen::Dynamic>(b, residual, trace);
       }
     }
     return trace > 0.0 ? residual / trace : 0.0;

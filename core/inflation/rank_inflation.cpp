@@ -49,11 +49,8 @@ Matrix directions(const BlockLayout& layout, const MatrixRef& G, const RankInfla
   const Index n_f = n - layout.vehicle;
   Matrix U = Matrix::Zero(n, spec.rank);
   switch (spec.range) {
-    case InflationRange::generic:
-      return normals(n, spec.rank, spec.seed);
-    case InflationRange::map:
-      U.bottomRows(n_f) = normals(n_f, spec.rank, spec.seed);
-      return U;
+    case InflationRange::generic: return normals(n, spec.rank, spec.seed);
+    case InflationRange::map: U.bottomRows(n_f) = normals(n_f, spec.rank, spec.seed); return U;
     case InflationRange::difference:
       U.bottomRows(n_f) = normals(n_f, spec.rank, spec.seed);
       remove_common_translation(U.bottomRows(n_f), layout);
@@ -85,12 +82,9 @@ Index max_inflation_rank(const BlockLayout& layout, InflationRange range) {
   const Index n_f = layout.landmark * layout.landmarks;
   switch (range) {
     case InflationRange::generic:
-    case InflationRange::with_vehicle:
-      return layout.state_dim();
-    case InflationRange::map:
-      return n_f;
-    case InflationRange::difference:
-      return layout.landmarks > 0 ? n_f - layout.landmark : 0;
+    case InflationRange::with_vehicle: return layout.state_dim();
+    case InflationRange::map: return n_f;
+    case InflationRange::difference: return layout.landmarks > 0 ? n_f - layout.landmark : 0;
   }
   throw std::invalid_argument("unknown inflation_range");
 }

@@ -115,39 +115,25 @@ bool SmallCholesky::compute(const MatrixRef& P) {
   const Index n = P.rows(), stride = P.outerStride();
   if (L_.rows() != n) L_.resize(n, n);
   switch (n) {
-    case 1:
-      return factor_lower<1>(P.data(), stride, L_.data());
-    case 2:
-      return factor_lower<2>(P.data(), stride, L_.data());
-    case 3:
-      return factor_lower<3>(P.data(), stride, L_.data());
-    case 4:
-      return factor_lower<4>(P.data(), stride, L_.data());
-    case 5:
-      return factor_lower<5>(P.data(), stride, L_.data());
-    case 6:
-      return factor_lower<6>(P.data(), stride, L_.data());
-    default:
-      return factor_lower(n, P.data(), stride, L_.data());
+    case 1: return factor_lower<1>(P.data(), stride, L_.data());
+    case 2: return factor_lower<2>(P.data(), stride, L_.data());
+    case 3: return factor_lower<3>(P.data(), stride, L_.data());
+    case 4: return factor_lower<4>(P.data(), stride, L_.data());
+    case 5: return factor_lower<5>(P.data(), stride, L_.data());
+    case 6: return factor_lower<6>(P.data(), stride, L_.data());
+    default: return factor_lower(n, P.data(), stride, L_.data());
   }
 }
 
 void SmallCholesky::solve_lower(Eigen::Ref<Vector> x) const {
   switch (L_.rows()) {
-    case 1:
-      return solve_with_lower<1>(L_.data(), x.data());
-    case 2:
-      return solve_with_lower<2>(L_.data(), x.data());
-    case 3:
-      return solve_with_lower<3>(L_.data(), x.data());
-    case 4:
-      return solve_with_lower<4>(L_.data(), x.data());
-    case 5:
-      return solve_with_lower<5>(L_.data(), x.data());
-    case 6:
-      return solve_with_lower<6>(L_.data(), x.data());
-    default:
-      return solve_with_lower(L_.rows(), L_.data(), x.data());
+    case 1: return solve_with_lower<1>(L_.data(), x.data());
+    case 2: return solve_with_lower<2>(L_.data(), x.data());
+    case 3: return solve_with_lower<3>(L_.data(), x.data());
+    case 4: return solve_with_lower<4>(L_.data(), x.data());
+    case 5: return solve_with_lower<5>(L_.data(), x.data());
+    case 6: return solve_with_lower<6>(L_.data(), x.data());
+    default: return solve_with_lower(L_.rows(), L_.data(), x.data());
   }
 }
 

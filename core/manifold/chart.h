@@ -28,14 +28,10 @@ constexpr std::string_view chart_name(Chart chart) {
 template <LieGroup G>
 G plus(const G& x, const typename G::Tangent& xi, Chart chart) {
   switch (chart) {
-    case Chart::right:
-      return x * G::Exp(xi);
-    case Chart::left:
-      return G::Exp(xi) * x;
-    case Chart::componentwise:
-      return G::join(plus(x.split(), xi, Chart::right));
-    case Chart::componentwise_left:
-      break;
+    case Chart::right: return x * G::Exp(xi);
+    case Chart::left: return G::Exp(xi) * x;
+    case Chart::componentwise: return G::join(plus(x.split(), xi, Chart::right));
+    case Chart::componentwise_left: break;
   }
   return G::join(plus(x.split(), xi, Chart::left));
 }
@@ -44,14 +40,10 @@ G plus(const G& x, const typename G::Tangent& xi, Chart chart) {
 template <LieGroup G>
 typename G::Tangent minus(const G& y, const G& x, Chart chart) {
   switch (chart) {
-    case Chart::right:
-      return (x.inverse() * y).Log();
-    case Chart::left:
-      return (y * x.inverse()).Log();
-    case Chart::componentwise:
-      return minus(y.split(), x.split(), Chart::right);
-    case Chart::componentwise_left:
-      break;
+    case Chart::right: return (x.inverse() * y).Log();
+    case Chart::left: return (y * x.inverse()).Log();
+    case Chart::componentwise: return minus(y.split(), x.split(), Chart::right);
+    case Chart::componentwise_left: break;
   }
   return minus(y.split(), x.split(), Chart::left);
 }
@@ -60,14 +52,10 @@ typename G::Tangent minus(const G& y, const G& x, Chart chart) {
 template <LieGroup G>
 typename G::Jacobian minus_jacobian(const G& y, const G& x, Chart chart) {
   switch (chart) {
-    case Chart::right:
-      return right_jacobian_inverse<G>(minus(y, x, Chart::right));
-    case Chart::left:
-      return right_jacobian_inverse<G>(minus(y, x, Chart::left)) * x.adjoint();
-    case Chart::componentwise:
-      return minus_jacobian(y.split(), x.split(), Chart::right) * y.split_jacobian();
-    case Chart::componentwise_left:
-      break;
+    case Chart::right: return right_jacobian_inverse<G>(minus(y, x, Chart::right));
+    case Chart::left: return right_jacobian_inverse<G>(minus(y, x, Chart::left)) * x.adjoint();
+    case Chart::componentwise: return minus_jacobian(y.split(), x.split(), Chart::right) * y.split_jacobian();
+    case Chart::componentwise_left: break;
   }
   return minus_jacobian(y.split(), x.split(), Chart::left) * y.split_jacobian();
 }
@@ -76,16 +64,13 @@ typename G::Jacobian minus_jacobian(const G& y, const G& x, Chart chart) {
 template <LieGroup G>
 typename G::Jacobian plus_jacobian(const G& y, const G& x, Chart chart) {
   switch (chart) {
-    case Chart::right:
-      return right_jacobian<G>(minus(y, x, Chart::right));
-    case Chart::left:
-      return x.inverse().adjoint() * right_jacobian<G>(minus(y, x, Chart::left));
+    case Chart::right: return right_jacobian<G>(minus(y, x, Chart::right));
+    case Chart::left: return x.inverse().adjoint() * right_jacobian<G>(minus(y, x, Chart::left));
     case Chart::componentwise: {
       // Block diagonal of rotations: its inverse is its transpose.
       return y.split_jacobian().transpose() * plus_jacobian(y.split(), x.split(), Chart::right);
     }
-    case Chart::componentwise_left:
-      break;
+    case Chart::componentwise_left: break;
   }
   return y.split_jacobian().transpose() * plus_jacobian(y.split(), x.split(), Chart::left);
 }

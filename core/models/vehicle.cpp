@@ -57,12 +57,9 @@ using namespace internal;
 
 Motion Vehicle::move(const Pose& pose, const Control& u, double dt_s) const {
   switch (kind) {
-    case VehicleKind::bicycle:
-      return move_bicycle(pose, u, dt_s, geometry.wheel_base);
-    case VehicleKind::car:
-      return move_car(pose, u, dt_s, geometry);
-    case VehicleKind::unicycle:
-      break;
+    case VehicleKind::bicycle: return move_bicycle(pose, u, dt_s, geometry.wheel_base);
+    case VehicleKind::car: return move_car(pose, u, dt_s, geometry);
+    case VehicleKind::unicycle: break;
   }
   return move_unicycle(pose, u, dt_s);
 }
@@ -80,8 +77,7 @@ Control Vehicle::control_for(double speed_m_s, double turn_rate_rad_s) const {
       return {speed_m_s * (1.0 - tangent * geometry.half_track / geometry.wheel_base),
               arc_tangent(tangent, 1.0)};
     }
-    case VehicleKind::unicycle:
-      break;
+    case VehicleKind::unicycle: break;
   }
   return {speed_m_s, turn_rate_rad_s};
 }

@@ -26,10 +26,8 @@ InstructionSet widest_up_to(const char* limit) {
 bool is_supported(InstructionSet set) {
 #if defined(__x86_64__)
   switch (set) {
-    case InstructionSet::scalar:
-      return true;
-    case InstructionSet::avx2:
-      return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    case InstructionSet::scalar: return true;
+    case InstructionSet::avx2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case InstructionSet::avx512:
       return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
              __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
@@ -55,12 +53,9 @@ bool multiplies_and_adds_at_once(InstructionSet set) {
 
 const char* instruction_set_name(InstructionSet set) {
   switch (set) {
-    case InstructionSet::scalar:
-      return "scalar";
-    case InstructionSet::avx2:
-      return "avx2";
-    case InstructionSet::avx512:
-      return "avx512";
+    case InstructionSet::scalar: return "scalar";
+    case InstructionSet::avx2: return "avx2";
+    case InstructionSet::avx512: return "avx512";
   }
   return "unknown";
 }

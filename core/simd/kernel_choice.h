@@ -28,12 +28,9 @@ const Kernel* find_kernel(InstructionSet set, const Kernel* (*scalar)(Arguments.
                           std::type_identity_t<Arguments>... arguments) {
   if (!is_supported(set)) return nullptr;
   switch (set) {
-    case InstructionSet::scalar:
-      return scalar(arguments...);
-    case InstructionSet::avx2:
-      return avx2(arguments...);
-    case InstructionSet::avx512:
-      return avx512(arguments...);
+    case InstructionSet::scalar: return scalar(arguments...);
+    case InstructionSet::avx2: return avx2(arguments...);
+    case InstructionSet::avx512: return avx512(arguments...);
   }
   return nullptr;
 }

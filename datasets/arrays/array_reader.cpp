@@ -19,15 +19,9 @@ void ArrayReader::fail(const Place& place, std::string_view inner, const std::st
   std::string name(place.array);
   if (!place.sensor.empty()) name += fmt::format("['{}']", place.sensor);
   switch (arrays_.indexing) {
-    case ArrayIndexing::single:
-      name += fmt::format("[{}{}]", place.row, inner);
-      break;
-    case ArrayIndexing::stacked:
-      name += fmt::format("[{}, {}{}]", place.run, place.row, inner);
-      break;
-    case ArrayIndexing::listed:
-      name += fmt::format("[{}][{}{}]", place.run, place.row, inner);
-      break;
+    case ArrayIndexing::single: name += fmt::format("[{}{}]", place.row, inner); break;
+    case ArrayIndexing::stacked: name += fmt::format("[{}, {}{}]", place.run, place.row, inner); break;
+    case ArrayIndexing::listed: name += fmt::format("[{}][{}{}]", place.run, place.row, inner); break;
   }
   throw std::invalid_argument(fmt::format("{} {}", name, problem));
 }

@@ -15,14 +15,10 @@ namespace credence {
 
 std::string_view to_string(TruthAlignment alignment) {
   switch (alignment) {
-    case TruthAlignment::none:
-      return "none";
-    case TruthAlignment::se2:
-      return "se2";
-    case TruthAlignment::yaw:
-      return "yaw";
-    case TruthAlignment::se3:
-      return "se3";
+    case TruthAlignment::none: return "none";
+    case TruthAlignment::se2: return "se2";
+    case TruthAlignment::yaw: return "yaw";
+    case TruthAlignment::se3: return "se3";
   }
   return "none";
 }
@@ -162,14 +158,10 @@ std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,
                               TruthAlignment alignment) {
   switch (alignment) {
-    case TruthAlignment::none:
-      break;
-    case TruthAlignment::se2:
-      return align_heading(truth, estimate, false);
-    case TruthAlignment::yaw:
-      return align_heading(truth, estimate, true);
-    case TruthAlignment::se3:
-      return align_in_space(truth, estimate);
+    case TruthAlignment::none: break;
+    case TruthAlignment::se2: return align_heading(truth, estimate, false);
+    case TruthAlignment::yaw: return align_heading(truth, estimate, true);
+    case TruthAlignment::se3: return align_in_space(truth, estimate);
   }
   return Eigen::Isometry3d::Identity();
 }

@@ -76,12 +76,9 @@ std::vector<CarparkScan> read_scans(const MatFile& file) {
 
 double time_of(const CarparkLog& log, CarparkSensor sensor, std::size_t index) {
   switch (sensor) {
-    case CarparkSensor::gps:
-      return log.gps[index].time_s;
-    case CarparkSensor::odometry:
-      return log.odometry[index].time_s;
-    case CarparkSensor::laser:
-      return log.scans[index].time_s;
+    case CarparkSensor::gps: return log.gps[index].time_s;
+    case CarparkSensor::odometry: return log.odometry[index].time_s;
+    case CarparkSensor::laser: return log.scans[index].time_s;
   }
   return 0;
 }

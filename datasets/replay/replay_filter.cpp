@@ -346,21 +346,11 @@ ReplayResult ReplayFilter::finish() {
     if (observation.landmark >= 0) ++result_.associated;
     if (observation.ambiguous) ++result_.ambiguous;
     switch (observation.outcome) {
-      case ObservationOutcome::updated:
-        ++result_.updated;
-        break;
-      case ObservationOutcome::initialised:
-        ++result_.initialised;
-        break;
-      case ObservationOutcome::rejected:
-        ++result_.rejected;
-        break;
-      case ObservationOutcome::unassociated:
-        ++result_.unassociated;
-        break;
-      case ObservationOutcome::update_failed:
-        ++result_.failed;
-        break;
+      case ObservationOutcome::updated: ++result_.updated; break;
+      case ObservationOutcome::initialised: ++result_.initialised; break;
+      case ObservationOutcome::rejected: ++result_.rejected; break;
+      case ObservationOutcome::unassociated: ++result_.unassociated; break;
+      case ObservationOutcome::update_failed: ++result_.failed; break;
     }
   }
   if (!result_.references.empty())

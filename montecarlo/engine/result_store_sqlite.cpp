@@ -38,22 +38,16 @@ std::string explain(sqlite3* database, int code) {
       return "the disk is full; what was saved before is kept: free some space and run the same command "
              "again";
     case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-      return "is locked by another process";
-    case SQLITE_NOTADB:
-      return "is no result store (it is not an SQLite database)";
-    case SQLITE_CORRUPT:
-      return fmt::format("is damaged ({})", reason(database, code));
+    case SQLITE_LOCKED: return "is locked by another process";
+    case SQLITE_NOTADB: return "is no result store (it is not an SQLite database)";
+    case SQLITE_CORRUPT: return fmt::format("is damaged ({})", reason(database, code));
     case SQLITE_READONLY:
-    case SQLITE_PERM:
-      return "cannot be written to (it is read-only)";
-    case SQLITE_CANTOPEN:
-      return fmt::format("cannot be opened ({})", reason(database, code));
+    case SQLITE_PERM: return "cannot be written to (it is read-only)";
+    case SQLITE_CANTOPEN: return fmt::format("cannot be opened ({})", reason(database, code));
     case SQLITE_IOERR:
       return fmt::format("cannot be read or written ({}); what was saved before is kept",
                          reason(database, code));
-    default:
-      return reason(database, code);
+    default: return reason(database, code);
   }
 }
 

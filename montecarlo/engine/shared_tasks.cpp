@@ -119,8 +119,7 @@ class LeadingRank {
         changed_.notify_all();
         for (const int waiting : std::exchange(waiting_, {})) answer(waiting);
         break;
-      default:
-        throw std::runtime_error(fmt::format("rank {} sent what only rank 0 says", from));
+      default: throw std::runtime_error(fmt::format("rank {} sent what only rank 0 says", from));
     }
   }
 

@@ -36,14 +36,10 @@ using namespace internal;
 
 std::string_view to_string(Outcome outcome) {
   switch (outcome) {
-    case Outcome::ok:
-      return "ok";
-    case Outcome::diverged:
-      return "diverged";
-    case Outcome::not_positive_definite:
-      return "not_positive_definite";
-    case Outcome::threw:
-      return "threw";
+    case Outcome::ok: return "ok";
+    case Outcome::diverged: return "diverged";
+    case Outcome::not_positive_definite: return "not_positive_definite";
+    case Outcome::threw: return "threw";
   }
   return "unknown";
 }

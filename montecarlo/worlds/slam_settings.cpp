@@ -118,14 +118,9 @@ InflationRule make_inflation_rule(const Scenario& scenario) {
   InflationRule rule;
   rule.solution = f.solution;
   switch (f.inflation) {
-    case FilterInflation::none:
-      break;
-    case FilterInflation::full:
-      rule.inflation = Inflation::full;
-      break;
-    case FilterInflation::map:
-      rule.inflation = Inflation::map;
-      break;
+    case FilterInflation::none: break;
+    case FilterInflation::full: rule.inflation = Inflation::full; break;
+    case FilterInflation::map: rule.inflation = Inflation::map; break;
     case FilterInflation::rank: {
       const BlockLayout layout = block_layout(scenario);
       const Matrix G = Matrix::Identity(layout.state_dim(), vehicle_noises(layout));

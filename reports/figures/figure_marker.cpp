@@ -14,9 +14,7 @@ void add_marker(MarkerShape shape, const CanvasPoint& p, double r, std::vector<C
       paths.push_back({{p.x - r, p.y - r}, {p.x + r, p.y + r}});
       paths.push_back({{p.x - r, p.y + r}, {p.x + r, p.y - r}});
       return;
-    case MarkerShape::square:
-      paths.push_back(rectangle_path({p.x - r, p.x + r, p.y - r, p.y + r}));
-      return;
+    case MarkerShape::square: paths.push_back(rectangle_path({p.x - r, p.x + r, p.y - r, p.y + r})); return;
     case MarkerShape::triangle:
       paths.push_back(
           {{p.x, p.y - 1.33 * r}, {p.x - 1.33 * r, p.y + 0.67 * r}, {p.x + 1.33 * r, p.y + 0.67 * r}});
@@ -26,8 +24,7 @@ void add_marker(MarkerShape shape, const CanvasPoint& p, double r, std::vector<C
           {{p.x, p.y - 1.4 * r}, {p.x - 1.4 * r, p.y}, {p.x, p.y + 1.4 * r}, {p.x + 1.4 * r, p.y}});
       return;
     case MarkerShape::dot:
-    case MarkerShape::by_role:
-      paths.push_back({p});
+    case MarkerShape::by_role: paths.push_back({p});
   }
 }
 

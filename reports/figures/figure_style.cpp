@@ -23,32 +23,19 @@ RoleStyle style_of(ColourRole role) {
   constexpr auto solid = StrokeStyle::solid;
   constexpr auto dashed = StrokeStyle::dashed;
   switch (role) {
-    case truth:
-      return {kBlack, solid, 1.4, MarkerShape::plus, 0.10};
-    case estimate:
-      return {kBlue, solid, 1.4, MarkerShape::dot, 0.15};
-    case bound:
-      return {kGreen, dashed, 1.3, MarkerShape::dot, 0.16};
-    case measurement:
-      return {kPurple, solid, 1.0, MarkerShape::dot, 0.20};
-    case exact:
-      return {kOrange, solid, 2.4, MarkerShape::diamond, 0.20};
-    case alarm:
-      return {kVermillion, solid, 1.8, MarkerShape::cross, 0.20};
-    case neutral:
-      return {kGrey, StrokeStyle::dotted, 1.5, MarkerShape::dot, 0.15};
-    case first:
-      return {kBlue, solid, 1.6, MarkerShape::dot, 0.15};
-    case second:
-      return {kVermillion, solid, 1.6, MarkerShape::square, 0.15};
-    case third:
-      return {kGreen, solid, 1.6, MarkerShape::triangle, 0.15};
-    case fourth:
-      return {kPurple, solid, 1.6, MarkerShape::diamond, 0.15};
-    case fifth:
-      return {kOrange, solid, 1.6, MarkerShape::plus, 0.15};
-    case sixth:
-      return {kSkyBlue, solid, 1.6, MarkerShape::cross, 0.15};
+    case truth: return {kBlack, solid, 1.4, MarkerShape::plus, 0.10};
+    case estimate: return {kBlue, solid, 1.4, MarkerShape::dot, 0.15};
+    case bound: return {kGreen, dashed, 1.3, MarkerShape::dot, 0.16};
+    case measurement: return {kPurple, solid, 1.0, MarkerShape::dot, 0.20};
+    case exact: return {kOrange, solid, 2.4, MarkerShape::diamond, 0.20};
+    case alarm: return {kVermillion, solid, 1.8, MarkerShape::cross, 0.20};
+    case neutral: return {kGrey, StrokeStyle::dotted, 1.5, MarkerShape::dot, 0.15};
+    case first: return {kBlue, solid, 1.6, MarkerShape::dot, 0.15};
+    case second: return {kVermillion, solid, 1.6, MarkerShape::square, 0.15};
+    case third: return {kGreen, solid, 1.6, MarkerShape::triangle, 0.15};
+    case fourth: return {kPurple, solid, 1.6, MarkerShape::diamond, 0.15};
+    case fifth: return {kOrange, solid, 1.6, MarkerShape::plus, 0.15};
+    case sixth: return {kSkyBlue, solid, 1.6, MarkerShape::cross, 0.15};
   }
   return {kGrey, solid, 1.0, MarkerShape::dot, 0.15};
 }

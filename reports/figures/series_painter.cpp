@@ -57,24 +57,17 @@ void SeriesPainter::paint(const Series& series) {
   const AxisRange& y = layout_.y.range;
   switch (series.kind) {
     case SeriesKind::line:
-    case SeriesKind::steps:
-      return curve(series);
-    case SeriesKind::points:
-      return markers(series, scale_.curves(series.x, series.y));
+    case SeriesKind::steps: return curve(series);
+    case SeriesKind::points: return markers(series, scale_.curves(series.x, series.y));
     case SeriesKind::level:
       return lines(pen_of(series), scale_.curves({x.low, x.high}, {series.y[0], series.y[0]}));
     case SeriesKind::upright:
       return lines(pen_of(series), scale_.curves({series.x[0], series.x[0]}, {y.low, y.high}));
-    case SeriesKind::error_bars:
-      return error_bars(series);
-    case SeriesKind::band:
-      return band(series);
-    case SeriesKind::polygon:
-      return polygons(series);
-    case SeriesKind::text:
-      return words(series);
-    case SeriesKind::heat_map:
-      return cells(series);
+    case SeriesKind::error_bars: return error_bars(series);
+    case SeriesKind::band: return band(series);
+    case SeriesKind::polygon: return polygons(series);
+    case SeriesKind::text: return words(series);
+    case SeriesKind::heat_map: return cells(series);
   }
 }
 

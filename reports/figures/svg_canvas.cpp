@@ -85,12 +85,9 @@ std::string dashes_of(const Pen& pen) {
 
 const char* anchor_of(TextAnchor anchor) {
   switch (anchor) {
-    case TextAnchor::middle:
-      return " text-anchor=\"middle\"";
-    case TextAnchor::end:
-      return " text-anchor=\"end\"";
-    case TextAnchor::start:
-      break;
+    case TextAnchor::middle: return " text-anchor=\"middle\"";
+    case TextAnchor::end: return " text-anchor=\"end\"";
+    case TextAnchor::start: break;
   }
   return "";
 }

@@ -24,16 +24,11 @@ constexpr const char* kPointSpace = "\u2008";
 
 std::string_view class_of(CellTone tone) {
   switch (tone) {
-    case CellTone::good:
-      return "good";
-    case CellTone::caution:
-      return "caution";
-    case CellTone::alarm:
-      return "alarm";
-    case CellTone::muted:
-      return "muted";
-    case CellTone::plain:
-      break;
+    case CellTone::good: return "good";
+    case CellTone::caution: return "caution";
+    case CellTone::alarm: return "alarm";
+    case CellTone::muted: return "muted";
+    case CellTone::plain: break;
   }
   return "plain";
 }

@@ -45,56 +45,37 @@ constexpr CauseRule kRules[] = {
 
 std::string_view to_string(Cause cause) {
   switch (cause) {
-    case Cause::lost_runs:
-      return "a filter that loses its way in a few runs";
-    case Cause::unwrapped_angle:
-      return "an angle that is not wrapped";
-    case Cause::wide_angle:
-      return "an angle too uncertain for a Gaussian law";
-    case Cause::outliers:
-      return "outliers, such as wrong associations";
-    case Cause::gated_innovations:
-      return "innovations that had to pass a gate";
-    case Cause::late_measurements:
-      return "measurements that arrive late, or a truth that is ahead";
-    case Cause::bias:
-      return "a bias of the sensor or of the model";
-    case Cause::initial_covariance:
-      return "the initial covariance";
+    case Cause::lost_runs: return "a filter that loses its way in a few runs";
+    case Cause::unwrapped_angle: return "an angle that is not wrapped";
+    case Cause::wide_angle: return "an angle too uncertain for a Gaussian law";
+    case Cause::outliers: return "outliers, such as wrong associations";
+    case Cause::gated_innovations: return "innovations that had to pass a gate";
+    case Cause::late_measurements: return "measurements that arrive late, or a truth that is ahead";
+    case Cause::bias: return "a bias of the sensor or of the model";
+    case Cause::initial_covariance: return "the initial covariance";
     case Cause::initial_covariance_or_process_noise:
       return "the initial covariance or process noise; the errors before the first innovation cannot tell "
              "which";
-    case Cause::nonlinear_start:
-      return "the linearisation at so uncertain a start";
-    case Cause::process_noise_too_small:
-      return "process noise Q assumed too small";
-    case Cause::process_noise_too_large:
-      return "process noise Q assumed too large";
-    case Cause::measurement_noise_too_small:
-      return "measurement noise R assumed too small";
-    case Cause::measurement_noise_too_large:
-      return "measurement noise R assumed too large";
+    case Cause::nonlinear_start: return "the linearisation at so uncertain a start";
+    case Cause::process_noise_too_small: return "process noise Q assumed too small";
+    case Cause::process_noise_too_large: return "process noise Q assumed too large";
+    case Cause::measurement_noise_too_small: return "measurement noise R assumed too small";
+    case Cause::measurement_noise_too_large: return "measurement noise R assumed too large";
     case Cause::process_or_measurement_noise:
       return "process or measurement noise; the innovations cannot tell which";
-    case Cause::coloured_noise:
-      return "noise that is correlated in time";
-    case Cause::cross_covariance:
-      return "cross-covariances between the blocks";
+    case Cause::coloured_noise: return "noise that is correlated in time";
+    case Cause::cross_covariance: return "cross-covariances between the blocks";
     case Cause::sequential_sensors:
       return "innovations of several sensors that were all computed from the same prior";
-    case Cause::heavy_tails:
-      return "errors that are not Gaussian, with heavy tails; the covariance is right";
-    case Cause::wrong_dof:
-      return "a wrong number of degrees of freedom";
+    case Cause::heavy_tails: return "errors that are not Gaussian, with heavy tails; the covariance is right";
+    case Cause::wrong_dof: return "a wrong number of degrees of freedom";
     case Cause::linearisation:
       return "the filter's linearisation at its own estimates, which makes unobservable directions look "
              "observable";
     case Cause::process_noise_or_linearisation:
       return "process noise Q assumed too small, or the linearisation of the motion";
-    case Cause::covariance_scale:
-      return "the scale of the covariance";
-    case Cause::inflation:
-      return "the deliberate inflation of the covariance";
+    case Cause::covariance_scale: return "the scale of the covariance";
+    case Cause::inflation: return "the deliberate inflation of the covariance";
   }
   return "unknown";
 }

@@ -302,12 +302,9 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
 
 std::string_view to_string(Exactness exactness) {
   switch (exactness) {
-    case Exactness::exact:
-      return "exact";
-    case Exactness::approximate:
-      return "approximate";
-    case Exactness::conservative:
-      return "conservative";
+    case Exactness::exact: return "exact";
+    case Exactness::approximate: return "approximate";
+    case Exactness::conservative: return "conservative";
   }
   return "unknown";
 }

@@ -19,18 +19,12 @@ using namespace internal;
 
 std::string_view to_string(Verdict verdict) {
   switch (verdict) {
-    case Verdict::consistent:
-      return "consistent";
-    case Verdict::optimistic:
-      return "optimistic";
-    case Verdict::pessimistic:
-      return "pessimistic";
-    case Verdict::not_gaussian:
-      return "not Gaussian";
-    case Verdict::mixed:
-      return "mixed";
-    case Verdict::undecided:
-      return "undecided";
+    case Verdict::consistent: return "consistent";
+    case Verdict::optimistic: return "optimistic";
+    case Verdict::pessimistic: return "pessimistic";
+    case Verdict::not_gaussian: return "not Gaussian";
+    case Verdict::mixed: return "mixed";
+    case Verdict::undecided: return "undecided";
   }
   return "undecided";
 }

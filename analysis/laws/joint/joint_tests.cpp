@@ -12,12 +12,9 @@ namespace {
 
 double& least_of(JointTests& joint, Departure departure) {
   switch (departure) {
-    case Departure::optimistic:
-      return joint.optimistic_p_value;
-    case Departure::pessimistic:
-      return joint.pessimistic_p_value;
-    case Departure::other:
-      break;
+    case Departure::optimistic: return joint.optimistic_p_value;
+    case Departure::pessimistic: return joint.pessimistic_p_value;
+    case Departure::other: break;
   }
   return joint.other_p_value;
 }

@@ -77,20 +77,13 @@ class UlogReader {
  private:
   void message(char type, ByteCursor body) {
     switch (type) {
-      case 'B':
-        return flags(body);
-      case 'F':
-        return format(body);
-      case 'A':
-        return subscription(body);
-      case 'D':
-        return data(body);
-      case 'P':
-        return parameter(body);
-      case 'O':
-        return visitor_.dropout(1e-3 * body.take<std::uint16_t>());
-      default:
-        return;  // information, texts: nothing that is judged
+      case 'B': return flags(body);
+      case 'F': return format(body);
+      case 'A': return subscription(body);
+      case 'D': return data(body);
+      case 'P': return parameter(body);
+      case 'O': return visitor_.dropout(1e-3 * body.take<std::uint16_t>());
+      default: return;  // information, texts: nothing that is judged
     }
   }
 

@@ -133,14 +133,10 @@ void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
       out.assign(bytes.begin(), bytes.end());
       return;
     }
-    case Compression::lz4:
-      return unpack_lz4(packed, size, out);
-    case Compression::zstd:
-      return unpack_zstd(packed, size, out);
-    case Compression::bz2:
-      return unpack_bz2(packed, size, out);
-    case Compression::deflate:
-      return unpack_deflate(packed, size, out, "deflate", -MAX_WBITS);
+    case Compression::lz4: return unpack_lz4(packed, size, out);
+    case Compression::zstd: return unpack_zstd(packed, size, out);
+    case Compression::bz2: return unpack_bz2(packed, size, out);
+    case Compression::deflate: return unpack_deflate(packed, size, out, "deflate", -MAX_WBITS);
   }
 }
 

@@ -54,14 +54,10 @@ void run_plain_monobot(Index landmarks, std::int64_t runs, std::mt19937_64& gene
     throw std::invalid_argument(fmt::format("{} steps of NEES, but {} of NIS", nees.size(), nis.size()));
   }
   switch (landmarks) {
-    case 1:
-      return run_plain<1>(runs, generator, nees, nis);
-    case 2:
-      return run_plain<2>(runs, generator, nees, nis);
-    case 5:
-      return run_plain<5>(runs, generator, nees, nis);
-    default:
-      throw std::invalid_argument(fmt::format("landmarks = {}: 1, 2 or 5", landmarks));
+    case 1: return run_plain<1>(runs, generator, nees, nis);
+    case 2: return run_plain<2>(runs, generator, nees, nis);
+    case 5: return run_plain<5>(runs, generator, nees, nis);
+    default: throw std::invalid_argument(fmt::format("landmarks = {}: 1, 2 or 5", landmarks));
   }
 }
 

@@ -29,8 +29,7 @@ Pose on_path(PathShape path, double radius, double s) {
     case PathShape::line:
       return {s < 2.0 * radius ? s - radius : 3.0 * radius - s, 0.0,
               s < 2.0 * radius ? 0.0 : std::numbers::pi};
-    case PathShape::circle:
-      break;
+    case PathShape::circle: break;
   }
   const auto [sine_there, cosine_there] = sine_cosine(angle);
   return {radius * cosine_there, radius * sine_there, wrap_angle(angle + 0.5 * std::numbers::pi)};

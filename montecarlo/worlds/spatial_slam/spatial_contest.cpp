@@ -161,8 +161,7 @@ EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& t
   rows.hand_on(take_row);
   EstimatorProfile profile{.known = unknowns(), .seconds_per_step = seconds / static_cast<double>(steps())};
   switch (spatial_kind(name).chart) {
-    case SpatialChart::componentwise:
-      break;
+    case SpatialChart::componentwise: break;
     case SpatialChart::pose:
       profile.chart = "pose_left";
       profile.chart_text = "log(X X̂⁻¹) in SE(3) for the pose, x̂ − x for landmarks";

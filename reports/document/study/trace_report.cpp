@@ -29,12 +29,9 @@ std::vector<Index> shown_states(const Scenario& scenario, const RunTrace& trace)
 /// The words above them.
 std::string errors_title(const Scenario& scenario, const RunTrace& trace) {
   switch (world_of(scenario).figure) {
-    case RunFigure::line_slam:
-      return "vehicle error (m) ± 2σ";
-    case RunFigure::plane_slam:
-      return "error of x (m), y (m), θ (rad) ± 2σ";
-    case RunFigure::states:
-      break;
+    case RunFigure::line_slam: return "vehicle error (m) ± 2σ";
+    case RunFigure::plane_slam: return "error of x (m), y (m), θ (rad) ± 2σ";
+    case RunFigure::states: break;
   }
   std::vector<std::string> names;
   for (const Index i : shown_states(scenario, trace)) {

@@ -284,14 +284,9 @@ TEST_F(FilterLog, NoBytesMakeItDoAnythingElseThanReadOrRefuse) {
     for (unsigned c = 0; c < changes; ++c) {
       const std::size_t at = random() % text.size();
       switch (random() % 3) {
-        case 0:
-          text[at] = static_cast<char>(random() % 256);
-          break;
-        case 1:
-          text.erase(at, 1 + random() % 8);
-          break;
-        default:
-          text.insert(at, text.substr(random() % text.size(), random() % 40));
+        case 0: text[at] = static_cast<char>(random() % 256); break;
+        case 1: text.erase(at, 1 + random() % 8); break;
+        default: text.insert(at, text.substr(random() % text.size(), random() % 40));
       }
       if (text.empty()) text = "\n";
     }
