@@ -80,23 +80,11 @@ std::size_t help_width() {
 
 /// A name and what it is, the second beginning in one column and broken between words.
 std::string entry(const std::string& name, std::string_view about) {
+  const std::string indent(kOptionColumn, ' ');
   std::string text = "  " + name;
-  if (text.size() + 2 > kOptionColumn) text += '\n';
-  std::string line(text.ends_with('\n') ? kOptionColumn : kOptionColumn - text.size(), ' ');
-  std::size_t column = kOptionColumn;
-  const std::size_t width = help_width();
-  while (!about.empty()) {
-    const std::string_view word = about.substr(0, about.find(' '));
-    about.remove_prefix(std::min(word.size() + 1, about.size()));
-    if (column > kOptionColumn && column + 1 + display_width(word) > width) {
-      line += "\n" + std::string(kOptionColumn, ' ');
-      column = kOptionColumn;
-    }
-    if (column > kOptionColumn) line += ' ', ++column;
-    line += word;
-    column += display_width(word);
-  }
-  return text + line + "\n";
+  text += text.size() + 2 > kOptionColumn ? "\n" + indent : indent.substr(text.size());
+  return fmt::format("{}{}\n", text,
+                     fmt::join(wrapped_lines(about, help_width() - kOptionColumn), "\n" + indent));
 }
 
 /// What CLI11 would take for another value: "", as of a variable that is not set, for none, 010 for eight, a

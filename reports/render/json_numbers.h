@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -32,6 +33,14 @@ inline Json json_matrix(const Matrix& matrix) {
   Json rows = Json::array();
   for (Index i = 0; i < matrix.rows(); ++i) rows.push_back(json_vector(matrix.row(i)));
   return rows;
+}
+
+/// A list of what `make` makes of each item.
+template <class Items, class Make>
+Json json_list(const Items& items, Make make) {
+  Json list = Json::array();
+  for (const auto& item : items) list.push_back(std::invoke(make, item));
+  return list;
 }
 
 /// A number with its interval.

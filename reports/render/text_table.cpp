@@ -16,16 +16,11 @@ constexpr std::size_t kUnbounded = std::numeric_limits<std::size_t>::max();
 
 std::string_view ansi_of(CellTone tone) {
   switch (tone) {
-    case CellTone::good:
-      return "\x1b[32m";
-    case CellTone::caution:
-      return "\x1b[33m";
-    case CellTone::alarm:
-      return "\x1b[1;31m";
-    case CellTone::muted:
-      return "\x1b[2m";
-    case CellTone::plain:
-      break;
+    case CellTone::good: return "\x1b[32m";
+    case CellTone::caution: return "\x1b[33m";
+    case CellTone::alarm: return "\x1b[1;31m";
+    case CellTone::muted: return "\x1b[2m";
+    case CellTone::plain: break;
   }
   return {};
 }
@@ -34,27 +29,9 @@ std::string coloured(const std::string& text, std::string_view ansi) {
   return ansi.empty() || text.empty() ? text : std::string(ansi) + text + "\x1b[0m";
 }
 
-/// The text in lines of at most `width` columns, broken between words.
-std::vector<std::string> lines_of(std::string_view text, std::size_t width) {
-  std::vector<std::string> lines;
-  if (display_width(text) <= width) return {std::string(text)};
-  std::string line;
-  while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find(' '));
-    text.remove_prefix(std::min(word.size() + 1, text.size()));
-    if (!line.empty() && display_width(line) + 1 + display_width(word) > width) {
-      lines.push_back(std::exchange(line, {}));
-    }
-    if (!line.empty()) line += ' ';
-    line += word;
-  }
-  if (!line.empty() || lines.empty()) lines.push_back(line);
-  return lines;
-}
-
 std::size_t longest_word(std::string_view text) {
   std::size_t longest = 0;
-  for (const std::string& word : lines_of(text, 1)) longest = std::max(longest, display_width(word));
+  for (const std::string& word : wrapped_lines(text, 1)) longest = std::max(longest, display_width(word));
   return longest;
 }
 
@@ -120,7 +97,7 @@ void add_cells(std::string& out, const std::vector<Column>& columns, const std::
   std::vector<std::vector<std::string>> lines;
   std::size_t height = 1;
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    lines.push_back(lines_of(texts[i], columns[i].width));
+    lines.push_back(wrapped_lines(texts[i], columns[i].width));
     height = std::max(height, lines.back().size());
   }
   for (std::size_t line = 0; line < height; ++line) {
@@ -171,7 +148,7 @@ void add_paragraphs(std::string& out, const ReportTable& table, const std::vecto
       std::string before(kColumnGap);
       before += columns[i].title;
       before.append(indent.size() - display_width(before), ' ');
-      for (const std::string& line : lines_of(text, width - std::min(width - 1, indent.size()))) {
+      for (const std::string& line : wrapped_lines(text, width - std::min(width - 1, indent.size()))) {
         out += std::exchange(before, indent) + coloured(line, ansi);
         end_line(out);
       }
@@ -188,7 +165,7 @@ std::string text_table(const ReportTable& table, bool colour, std::size_t width)
 
   std::string out;
   const auto add_lines = [&](const std::string& text) {
-    for (const std::string& line : lines_of(printable_line(text), width)) out += line + "\n";
+    for (const std::string& line : wrapped_lines(printable_line(text), width)) out += line + "\n";
   };
   if (!table.title.empty()) {
     add_lines(table.title);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// @file
 /// What reports need to know of UTF-8: names of scenarios and files are other people's bytes.
@@ -20,6 +21,9 @@ std::string printable_json(std::string json);
 /// Columns that `text` takes on a terminal: 0 for combining marks, 2 for wide East Asian characters, else 1.
 /// Expects what printable_line returns.
 std::size_t display_width(std::string_view text);
+
+/// The text in lines of at most `width` columns, broken between words; a longer word has a line of its own.
+std::vector<std::string> wrapped_lines(std::string_view text, std::size_t width);
 
 /// The code point that starts at `position`, which is moved behind it; U+FFFD for an invalid byte.
 char32_t next_code_point(std::string_view text, std::size_t& position);

@@ -13,14 +13,10 @@ namespace {
 
 CellTone tone_of(ClaimVerdict verdict) {
   switch (verdict) {
-    case ClaimVerdict::holds:
-      return CellTone::good;
-    case ClaimVerdict::conditional:
-      return CellTone::caution;
-    case ClaimVerdict::fails:
-      return CellTone::alarm;
-    case ClaimVerdict::not_measured:
-      return CellTone::muted;
+    case ClaimVerdict::holds: return CellTone::good;
+    case ClaimVerdict::conditional: return CellTone::caution;
+    case ClaimVerdict::fails: return CellTone::alarm;
+    case ClaimVerdict::not_measured: return CellTone::muted;
   }
   return CellTone::plain;
 }
@@ -49,19 +45,8 @@ ReportAnswer claims_answer(const std::vector<Claim>& claims) {
 /// The text in lines of at most 100 columns, each begun with `indent` blanks.
 std::vector<std::string> claim_lines(std::string_view text, std::size_t indent) {
   constexpr std::size_t kWidth = 100;
-  std::vector<std::string> lines;
-  std::string line;
-  while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find(' '));
-    text.remove_prefix(std::min(word.size() + 1, text.size()));
-    if (!line.empty() && indent + display_width(line) + 1 + display_width(word) > kWidth) {
-      lines.push_back(std::string(indent, ' ') + line);
-      line.clear();
-    }
-    if (!line.empty()) line += ' ';
-    line += word;
-  }
-  lines.push_back(std::string(indent, ' ') + line);
+  std::vector<std::string> lines = wrapped_lines(text, kWidth - indent);
+  for (std::string& line : lines) line.insert(0, indent, ' ');
   return lines;
 }
 
@@ -81,15 +66,14 @@ ReportTable claims_table(const std::vector<Claim>& claims) {
 }
 
 std::string claims_json(const std::vector<Claim>& claims) {
-  Json list = Json::array();
-  for (const Claim& c : claims) {
-    list.push_back({{"id", c.id},
-                    {"source", c.source},
-                    {"statement", c.statement},
-                    {"measured", c.measured},
-                    {"long_run", text_or_null(c.long_run)},
-                    {"verdict", to_string(c.verdict)}});
-  }
+  Json list = json_list(claims, [](const Claim& c) -> Json {
+    return {{"id", c.id},
+            {"source", c.source},
+            {"statement", c.statement},
+            {"measured", c.measured},
+            {"long_run", text_or_null(c.long_run)},
+            {"verdict", to_string(c.verdict)}};
+  });
   return text_of_json({{"schema", kSchema},
                        {"claims", std::move(list)},
                        {"null_reason", "long_run: nothing changes beyond the paper's 100 steps"}});

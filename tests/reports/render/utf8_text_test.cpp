@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace credence::internal {
 namespace {
@@ -14,6 +15,13 @@ TEST(Utf8Text, CountsColumnsAndNotBytes) {
   EXPECT_EQ(display_width("σ² × −1"), 7u);
   EXPECT_EQ(display_width("e\u0301"), 1u) << "a combining accent takes no column";
   EXPECT_EQ(display_width("日本"), 4u);
+}
+
+TEST(Utf8Text, LinesBreakBetweenWords) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(wrapped_lines("σ² of the position", 9), (Lines{"σ² of the", "position"}));
+  EXPECT_EQ(wrapped_lines("an autocorrelation", 5), (Lines{"an", "autocorrelation"}));
+  EXPECT_EQ(wrapped_lines("", 5), Lines{""});
 }
 
 TEST(Utf8Text, KeepsGoodText) {
