@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/tuning/score_shape.h"
@@ -35,12 +36,6 @@ KeyOfParameter keys_of(const ScenarioTuning& t) {
   return [&t](const std::string& parameter) { return t.score->key(parameter); };
 }
 
-FigureData mapped(const TuneAxis& axis, const std::vector<double>& phi) {
-  FigureData data;
-  for (const double x : phi) data.push_back(axis(x));
-  return data;
-}
-
 /// By how much the variance of an estimate exceeds that of a right filter: the likelihood ratio is so many
 /// times a χ² of one dof [Kent 1982].
 double variance_ratio(const Tuning& tuning, Index coordinate) {
@@ -57,9 +52,8 @@ Panel profile_panel(const ScoreModel& model, const Tuning& tuning, const TuneAxi
   const ScoreProfile profile = score_profile(model, tuning, coordinate, model.has_gradient() ? 17 : 9,
                                              kDeviations * std::sqrt(std::max(ratio, 1.0)));
   const double level = 0.5 * ratio * chi_square_quantile(tuning.confidence, 1.0);
-  FigureData score;
-  for (const double drop : profile.drop) score.push_back(-drop);
-  const FigureData x = mapped(axis, profile.phi);
+  const FigureData score = figure_data(profile.drop, std::negate());
+  const FigureData x = figure_data(profile.phi, axis);
   Panel panel{.x_label = axis.label, .y_label = "log likelihood"};
   panel.series = {
       line_series("profile", ColourRole::estimate, x, score),
@@ -113,7 +107,7 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
   panel.colour_label = "log score lost, a step";
   panel.log_colour = true;
   panel.series = {
-      heat_series(mapped(x, surface.first_phi), mapped(y, surface.second_phi), drop),
+      heat_series(figure_data(surface.first_phi, x), figure_data(surface.second_phi, y), drop),
       line_series("mean NIS as expected", ColourRole::alarm, ridge_x, ridge_y),
       point_series("tuned", ColourRole::truth, {x(t.tuning.phi[first])}, {y(t.tuning.phi[second])})};
   const double present_x = x(t.tuning.start[first]), present_y = y(t.tuning.start[second]);

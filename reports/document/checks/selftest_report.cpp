@@ -25,12 +25,14 @@ TableCell ok_cell(bool ok) {
   return ok ? TableCell("ok", CellTone::good) : TableCell("OUT OF CALIBRATION", CellTone::alarm);
 }
 
-Json share_json(const StudyShare& share) {
-  return {{"measured", share.interval.value},
-          {"lower", share.interval.lower},
-          {"upper", share.interval.upper},
-          {"studies", share.count.total}};
+Json with_share(Json object, const StudyShare& share) {
+  object.update({{"measured", share.interval.value},
+                 {"lower", share.interval.lower},
+                 {"upper", share.interval.upper},
+                 {"studies", share.count.total}});
+  return object;
 }
+Json share_json(const StudyShare& share) { return with_share({}, share); }
 
 Json wrong_filter_json(const WrongFilterResult& filter) {
   Json json{{"filter", filter.name}, {"ok", filter.ok}};
@@ -44,16 +46,12 @@ Json wrong_filter_json(const WrongFilterResult& filter) {
   json["cause"] = to_string(filter.expected);
   json["cause_named"] = share_json(filter.named);
   json["cause_named"]["wanted"] = filter.named_wanted;
-  json["causes"] = Json::array();
-  for (const CauseShare& named : filter.causes) {
-    json["causes"].push_back({{"cause", to_string(named.cause)}, {"share", named.share}});
-  }
-  json["power"] = Json::array();
-  for (const PowerRow& row : filter.power) {
-    Json power{{"name", row.test}};
-    power.update(share_json(row.measured));
-    json["power"].push_back(std::move(power));
-  }
+  json["causes"] = json_list(filter.causes, [](const CauseShare& named) -> Json {
+    return {{"cause", to_string(named.cause)}, {"share", named.share}};
+  });
+  json["power"] = json_list(filter.power, [](const PowerRow& row) {
+    return with_share({{"name", row.test}}, row.measured);
+  });
   return json;
 }
 
@@ -254,36 +252,23 @@ std::string selftest_json(const SelftestResult& result) {
          {"steps", result.steps},
          {"family_level", result.family_level},
          {"interval_confidence", result.interval_confidence}};
-  j["tests"] = Json::array();
-  for (const CalibrationRow& row : result.calibration) {
-    Json test{{"name", row.name}, {"nominal", row.nominal}};
-    test.update(share_json(row.measured));
-    test["law"] = to_string(row.exactness);
-    test["ok"] = row.ok;
-    j["tests"].push_back(std::move(test));
-  }
-  j["naive"] = Json::array();
-  for (const NaiveRow& row : result.naive) {
-    Json naive{{"name", row.name}, {"nominal", row.nominal}};
-    naive.update(share_json(row.measured));
+  j["tests"] = json_list(result.calibration, [](const CalibrationRow& row) {
+    Json test = with_share({{"name", row.name}, {"nominal", row.nominal}}, row.measured);
+    test.update({{"law", to_string(row.exactness)}, {"ok", row.ok}});
+    return test;
+  });
+  j["naive"] = json_list(result.naive, [](const NaiveRow& row) {
+    Json naive = with_share({{"name", row.name}, {"nominal", row.nominal}}, row.measured);
     naive["instead"] = row.instead;
-    j["naive"].push_back(std::move(naive));
-  }
+    return naive;
+  });
   j["power_level"] = result.power_level;
-  j["wrong_filters"] = Json::array();
-  for (const WrongFilterResult& filter : result.wrong_filters) {
-    j["wrong_filters"].push_back(wrong_filter_json(filter));
-  }
-  j["stop_by_verdict"] = Json::array();
-  for (const SavingResult& saving : result.savings) {
-    Json row{{"filter", saving.name},
-             {"max_runs", saving.max_runs},
-             {"mean_runs", saving.runs.mean},
-             {"lower", saving.runs.lower},
-             {"upper", saving.runs.upper}};
-    row["caught"] = share_json(saving.caught);
-    j["stop_by_verdict"].push_back(std::move(row));
-  }
+  j["wrong_filters"] = json_list(result.wrong_filters, wrong_filter_json);
+  j["stop_by_verdict"] = json_list(result.savings, [](const SavingResult& saving) -> Json {
+    return {{"filter", saving.name},         {"max_runs", saving.max_runs},
+            {"mean_runs", saving.runs.mean}, {"lower", saving.runs.lower},
+            {"upper", saving.runs.upper},    {"caught", share_json(saving.caught)}};
+  });
   return text_of_json(j);
 }
 

@@ -15,14 +15,10 @@ using enum ColumnAlign;
 
 const char* words_of(TimedFilter filter) {
   switch (filter) {
-    case TimedFilter::full:
-      return "full";
-    case TimedFilter::naive:
-      return "full, textbook";
-    case TimedFilter::map:
-      return "O(N), map blocks";
-    case TimedFilter::batch:
-      return "O(N), by batches";
+    case TimedFilter::full: return "full";
+    case TimedFilter::naive: return "full, textbook";
+    case TimedFilter::map: return "O(N), map blocks";
+    case TimedFilter::batch: return "O(N), by batches";
   }
   return "";
 }
@@ -165,14 +161,10 @@ ReportTable scaling_table(const TimingResult& result) {
 
 ColourRole role_of(TimedFilter filter) {
   switch (filter) {
-    case TimedFilter::full:
-      return ColourRole::estimate;
-    case TimedFilter::naive:
-      return ColourRole::neutral;
-    case TimedFilter::map:
-      return ColourRole::truth;
-    case TimedFilter::batch:
-      return ColourRole::third;
+    case TimedFilter::full: return ColourRole::estimate;
+    case TimedFilter::naive: return ColourRole::neutral;
+    case TimedFilter::map: return ColourRole::truth;
+    case TimedFilter::batch: return ColourRole::third;
   }
   return ColourRole::estimate;
 }
@@ -267,11 +259,9 @@ std::string timing_json(const TimingResult& result) {
                   {"compiler", machine.compiler},
                   {"load", machine.load}};
   j["repetitions"] = result.plan.repetitions;
-  j["rows"] = Json::array();
-  for (const FilterTime& time : result.filters) j["rows"].push_back(filter_json(time));
+  j["rows"] = json_list(result.filters, filter_json);
   j["slopes"] = slopes_json(result);
-  j["growth"] = Json::array();
-  for (const GrowthFit& fit : result.growth) j["growth"].push_back(growth_json(fit));
+  j["growth"] = json_list(result.growth, growth_json);
   j["crossovers"] = Json::array();
   for (const Crossover& crossover : result.crossovers) {
     Json row{{"observed", crossover.observed}};
@@ -286,10 +276,9 @@ std::string timing_json(const TimingResult& result) {
   j["monte_carlo"] = {{"steps_per_second", rate(times.step)},
                       {"normals_per_second", rate(times.normal)},
                       {"reference_steps_per_second", rate(times.reference_step)}};
-  j["threads"] = Json::array();
-  for (const ThreadScaling& scaling : result.scaling) {
-    j["threads"].push_back({{"threads", scaling.threads}, {"runs_per_second", rate(scaling.run)}});
-  }
+  j["threads"] = json_list(result.scaling, [](const ThreadScaling& scaling) -> Json {
+    return {{"threads", scaling.threads}, {"runs_per_second", rate(scaling.run)}};
+  });
   return text_of_json(j);
 }
 

@@ -35,12 +35,6 @@ Index place_on(const SweepAxis& axis, const ScalarValue& value) {
   return std::ranges::find(axis.values, value) - axis.values.begin();
 }
 
-FigureData places(Index count) {
-  FigureData data;
-  for (Index i = 1; i <= count; ++i) data.push_back(static_cast<double>(i));
-  return data;
-}
-
 AxisRange around(Index count) { return {0.5, static_cast<double>(count) + 0.5}; }
 
 /// Axes of the plan are two, each point is a cell: coloured by the cost of the cheapest, with its name.
@@ -68,7 +62,7 @@ Panel cheapest_panel(const EstimatorMap& map) {
     y.push_back(static_cast<double>(row) + 0.9);
     names.emplace_back(best ? map.names[*best] : "none");
   }
-  panel.series.push_back(heat_series(places(columns), places(rows), std::move(cells)));
+  panel.series.push_back(heat_series(index_axis(columns), index_axis(rows), std::move(cells)));
   panel.series.push_back(text_series(ColourRole::neutral, std::move(x), std::move(y), std::move(names)));
   return panel;
 }
@@ -98,7 +92,7 @@ Panel nees_panel(const EstimatorMap& map) {
       cell = std::isnan(cell) ? map_nees(map, p, e).mean : std::max(cell, map_nees(map, p, e).mean);
     }
   }
-  panel.series.push_back(heat_series(places(columns), places(rows), std::move(cells)));
+  panel.series.push_back(heat_series(index_axis(columns), index_axis(rows), std::move(cells)));
   return panel;
 }
 

@@ -141,8 +141,7 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
   json["seconds_per_step"] = row.profile.seconds_per_step;
   json["runs"] = row.runs + std::ssize(row.failures);
   json["failed"] = row.failures.size();
-  json["failures"] = Json::array();
-  for (const RunFailure& failure : row.failures) json["failures"].push_back(failure_json(failure));
+  json["failures"] = json_list(row.failures, failure_json);
   json["not_converged"] = not_converged_json(row.not_converged);
   json["pose_nees_over_time"] = row.pose_nees;
   json["pose_nees_quantiles_over_time"] = row.pose_bands;
@@ -354,9 +353,9 @@ std::vector<std::string> left_out_notes(std::span<const LeftOutEstimator> left_o
 }
 
 Json left_out_json(std::span<const LeftOutEstimator> left_out) {
-  Json list = Json::array();
-  for (const LeftOutEstimator& of : left_out) list.push_back({{"estimator", of.name}, {"reason", of.reason}});
-  return list;
+  return json_list(left_out, [](const LeftOutEstimator& of) -> Json {
+    return {{"estimator", of.name}, {"reason", of.reason}};
+  });
 }
 
 std::string estimator_json(const EstimatorStudy& study) {
@@ -372,11 +371,10 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["bound"] =
       accuracy_json(study, std::sqrt(study.bound.heading_squared), std::sqrt(study.bound.position_squared));
   json["window_ends"] = study.window_ends;
-  json["rows"] = Json::array();
-  for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(study, row));
+  json["rows"] = json_list(study.rows, [&](const EstimatorRow& row) -> Json { return row_json(study, row); });
   json["left_out"] = left_out_json(study.left_out);
-  json["paired"] = Json::array();
-  for (const PairedDifference& paired : study.paired) json["paired"].push_back(paired_json(study, paired));
+  json["paired"] = json_list(
+      study.paired, [&](const PairedDifference& paired) -> Json { return paired_json(study, paired); });
   json["null_reason"] = "no run that ended well, no finite bound, or a world without such states";
   return text_of_json(json);
 }

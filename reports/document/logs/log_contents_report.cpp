@@ -37,25 +37,22 @@ ReportTable contents_table(const ListedLog& log) {
 }
 
 std::string contents_json(std::span<const ListedLog> logs) {
-  Json all = Json::array();
-  for (const ListedLog& log : logs) {
-    Json topics = Json::array();
-    for (const LogTopic& topic : log.contents.topics) {
-      topics.push_back({{"name", topic.name},
-                        {"type", topic.type},
-                        {"messages", topic.count},
-                        {"rate_hz", topic.rate_hz},
-                        {"covariance", topic.covariance},
-                        {"use", topic.use}});
-    }
-    all.push_back({{"file", log.file},
-                   {"format", log.format},
-                   {"topics", std::move(topics)},
-                   {"remark", log.contents.remark}});
-  }
   Json j;
   j["schema"] = kSchema;
-  j["logs"] = std::move(all);
+  j["logs"] = json_list(logs, [](const ListedLog& log) -> Json {
+    Json topics = json_list(log.contents.topics, [](const LogTopic& topic) -> Json {
+      return {{"name", topic.name},
+              {"type", topic.type},
+              {"messages", topic.count},
+              {"rate_hz", topic.rate_hz},
+              {"covariance", topic.covariance},
+              {"use", topic.use}};
+    });
+    return {{"file", log.file},
+            {"format", log.format},
+            {"topics", std::move(topics)},
+            {"remark", log.contents.remark}};
+  });
   j["null_reason"] = "null: a rate needs two messages with times";
   return text_of_json(j);
 }

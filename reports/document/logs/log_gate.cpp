@@ -100,8 +100,7 @@ Json change_json(const FactorChange& change) {
 }
 
 Json gate_json(const LogGate& gate) {
-  Json changes = Json::array();
-  for (const FactorChange& change : gate.changes) changes.push_back(change_json(change));
+  Json changes = json_list(gate.changes, change_json);
   return {{"file", gate.baseline},
           {"verdict_before", gate.verdict_before},
           {"became_inconsistent", gate.became_inconsistent},

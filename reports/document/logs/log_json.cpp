@@ -26,10 +26,9 @@ Json fit_json(const GoodnessOfFit& fit) {
 }
 
 Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
-  Json dimensions = Json::array();
-  for (const auto& [dimension, of] : sums.by_dimension) {
-    dimensions.push_back({{"dimension", dimension}, {"mean", of.value.mean}, {"count", of.value.count}});
-  }
+  Json dimensions = json_list(sums.by_dimension, [](const auto& of) -> Json {
+    return {{"dimension", of.first}, {"mean", of.second.value.mean}, {"count", of.second.value.count}};
+  });
   return {{"name", s.name},
           {"nis", verdict_json(s.nis)},
           {"dimensions", std::move(dimensions)},
@@ -49,29 +48,26 @@ Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
 
 Json log_outcomes_json(const CheckedLogs& logs) {
   const StudyStatistics& s = logs.analysis.evidence.study;
-  Json j = outcome_counts_json(s), failures = Json::array();
-  for (const RunFailure& f : s.failures) {
+  Json j = outcome_counts_json(s);
+  j["failures"] = json_list(s.failures, [&](const RunFailure& f) {
     Json failure = failure_json(f);
     if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {
       failure["says"] = said->second;
     }
-    failures.push_back(std::move(failure));
-  }
-  j["failures"] = std::move(failures);
+    return failure;
+  });
   return j;
 }
 
 /// Of every file with poses: its charts, and the time between estimate and truth.
 Json poses_json(const std::vector<LogPoses>& logs) {
-  Json all = Json::array();
-  for (const LogPoses& log : logs) {
-    Json charts = Json::array();
-    for (const ChartNees& nees : log.charts.charts) {
-      charts.push_back({{"chart", nees.chart},
-                        {"mean_nees_if_written_so", nees.as_written},
-                        {"p_value", nees.p_value},
-                        {"mean_nees_carried_over", nees.carried}});
-    }
+  return json_list(logs, [](const LogPoses& log) {
+    Json charts = json_list(log.charts.charts, [](const ChartNees& nees) -> Json {
+      return {{"chart", nees.chart},
+              {"mean_nees_if_written_so", nees.as_written},
+              {"p_value", nees.p_value},
+              {"mean_nees_carried_over", nees.carried}};
+    });
     Json j = {{"file", log.file.string()},
               {"chart", log.charts.declared},
               {"rows", log.charts.rows},
@@ -87,17 +83,14 @@ Json poses_json(const std::vector<LogPoses>& logs) {
                                       {"rows", offset->rows}},
                                      offset->reason);
     }
-    all.push_back(std::move(j));
-  }
-  return all;
+    return j;
+  });
 }
 
 Json rejected_json(const Evidence& s) {
-  Json j = Json::array();
-  for (const auto& [reason, rows] : s.rejected) {
-    j.push_back({{"reason", reason}, {"count", rows.count}, {"first", rows.first}});
-  }
-  return j;
+  return json_list(s.rejected, [](const auto& of) -> Json {
+    return {{"reason", of.first}, {"count", of.second.count}, {"first", of.second.first}};
+  });
 }
 
 }  // namespace

@@ -211,50 +211,49 @@ ReportAnswer carpark_study_answer(const std::vector<CarparkFinding>& findings) {
           fmt::format("{} of the {} things that the replays were to show hold", held, findings.size())};
 }
 
+Json variant_run_json(const CarparkVariantRun& run) {
+  const ReplayResult& r = run.result;
+  Json row = variant_json(run.variant);
+  row.update(
+      {{"initial",
+        {{"position_std", run.initial.position_std}, {"heading_std_deg", run.initial.heading_std_deg}}},
+       {"observations", r.observations},
+       {"rejected", r.rejected},
+       {"not_converged", r.not_converged},
+       {"nis", r.nis.mean()},
+       {"gps_nees", r.vehicle_nees.mean()},
+       {"landmark_rms", r.landmark_rms},
+       {"landmark_rms_aligned", r.landmark_rms_aligned},
+       {"covariance",
+        {{"vehicle_max", r.covariance.vehicle_max},
+         {"vehicle_final", r.covariance.vehicle_final},
+         {"landmarks_max", r.covariance.landmarks_max},
+         {"landmarks_final", r.covariance.landmarks_final}}}});
+  return row;
+}
+
+Json horizon_json(const CarparkHorizonRun& run) {
+  Json row = variant_json(run.variant);
+  row.update({{"landmarks", json_list(run.result.loops, &LongHorizonLoop::landmarks)},
+              {"fitted_exponent", run.result.fitted_exponent()},
+              {"growth_per_loop", run.result.growth_per_loop()},
+              {"increment_ratio", run.result.increment_ratio()},
+              {"growth", growth_words(run.result)},
+              {"updates", run.result.steps},
+              {"not_converged", run.result.not_converged}});
+  return row;
+}
+
 std::string carpark_study_json(const CarparkStudy& study) {
-  Json j, runs = Json::array(), horizon = Json::array(), findings = Json::array();
-  for (const CarparkVariantRun& run : study.runs) {
-    Json row = variant_json(run.variant);
-    const ReplayResult& r = run.result;
-    row["initial"] = {{"position_std", run.initial.position_std},
-                      {"heading_std_deg", run.initial.heading_std_deg}};
-    row["observations"] = r.observations;
-    row["rejected"] = r.rejected;
-    row["not_converged"] = r.not_converged;
-    row["nis"] = r.nis.mean();
-    row["gps_nees"] = r.vehicle_nees.mean();
-    row["landmark_rms"] = r.landmark_rms;
-    row["landmark_rms_aligned"] = r.landmark_rms_aligned;
-    row["covariance"] = {{"vehicle_max", r.covariance.vehicle_max},
-                         {"vehicle_final", r.covariance.vehicle_final},
-                         {"landmarks_max", r.covariance.landmarks_max},
-                         {"landmarks_final", r.covariance.landmarks_final}};
-    runs.push_back(std::move(row));
-  }
-  for (const CarparkHorizonRun& run : study.horizon) {
-    Json row = variant_json(run.variant), landmarks = Json::array();
-    for (const LongHorizonLoop& loop : run.result.loops) landmarks.push_back(loop.landmarks);
-    row["landmarks"] = std::move(landmarks);
-    row["fitted_exponent"] = run.result.fitted_exponent();
-    row["growth_per_loop"] = run.result.growth_per_loop();
-    row["increment_ratio"] = run.result.increment_ratio();
-    row["growth"] = growth_words(run.result);
-    row["updates"] = run.result.steps;
-    row["not_converged"] = run.result.not_converged;
-    horizon.push_back(std::move(row));
-  }
-  for (const CarparkFinding& f : carpark_findings(study))
-    findings.push_back({{"id", f.id},
-                        {"source", f.source},
-                        {"statement", f.statement},
-                        {"measured", f.measured},
-                        {"holds", f.holds},
-                        {"meaning", f.meaning}});
+  Json j;
   j["schema"] = kSchema;
   j["dataset"] = "carpark";
-  j["findings"] = std::move(findings);
-  j["variants"] = std::move(runs);
-  j["long_horizon"] = std::move(horizon);
+  j["findings"] = json_list(carpark_findings(study), [](const CarparkFinding& f) -> Json {
+    return {{"id", f.id},       {"source", f.source},  {"statement", f.statement}, {"measured", f.measured},
+            {"holds", f.holds}, {"meaning", f.meaning}};
+  });
+  j["variants"] = json_list(study.runs, variant_run_json);
+  j["long_horizon"] = json_list(study.horizon, horizon_json);
   j["null_reason"] = "null: the number is not finite";
   return text_of_json(j);
 }

@@ -304,14 +304,14 @@ Json error_json(const NormalisedError& error, double p_value) {
 }
 
 Json replay_judgement_json(const ReplayJudgement& judgement) {
-  Json j, maps = Json::array();
+  Json j;
   j["nees"] = verdict_json(judgement.nees.verdict);
   j["nees"]["run_means"] = judgement.nees.run_mean;
   j["innovations"] = innovations_json(judgement.innovations);
-  for (const MapConsistency& map : judgement.maps)
-    maps.push_back({{"placed", error_json(map.placed, map.placed_p_value)},
-                    {"shape", error_json(map.shape, map.shape_p_value)}});
-  j["maps"] = std::move(maps);
+  j["maps"] = json_list(judgement.maps, [](const MapConsistency& map) -> Json {
+    return {{"placed", error_json(map.placed, map.placed_p_value)},
+            {"shape", error_json(map.shape, map.shape_p_value)}};
+  });
   j["limits"] = judgement.limits;
   return j;
 }
@@ -323,8 +323,7 @@ std::string replay_json(std::span<const ReportedReplay> replays, const ReplayJud
     j.update(run_json(replays.front()));
   } else {
     j["dataset"] = replays.front().result.dataset;
-    j["runs"] = Json::array();
-    for (const ReportedReplay& replay : replays) j["runs"].push_back(run_json(replay));
+    j["runs"] = json_list(replays, run_json);
   }
   j["judgement"] = replay_judgement_json(judgement);
   j["null_reason"] = "null: no value contributes to this number, or the reason beside it";

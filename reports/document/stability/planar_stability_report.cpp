@@ -225,8 +225,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
                   {"null_reason", "the model varies along the path: there is no constant solution"}};
   j["predicted_bounded"] = own.exact.has_value() ? Json(own.exact->bounded()) : Json(nullptr);
   j["paper_condition_holds"] = own.inflation_rank <= a.truth.observability.decision.rank;
-  j["filters"] = Json::array();
-  for (const PlanarFollowed& f : a.followed) j["filters"].push_back(followed_json(f));
+  j["filters"] = json_list(a.followed, followed_json);
   return text_of_json(j, 2);
 }
 

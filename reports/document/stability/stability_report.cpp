@@ -55,9 +55,7 @@ void add_stability_page(Document& document, const Scenario& scenario, Index stat
 }
 
 Json eigenvalues_json(const Eigen::VectorXcd& values) {
-  Json j = Json::array();
-  for (const std::complex<double>& z : values) j.push_back({z.real(), z.imag()});
-  return j;
+  return json_list(values, [](const std::complex<double>& z) -> Json { return {z.real(), z.imag()}; });
 }
 
 namespace {
@@ -156,10 +154,8 @@ std::string_view kind_sentence(RiccatiKind kind) {
     case RiccatiKind::oscillating:
       return "Solution oscillating: P stays bounded and has no limit, since directions that no measurement "
              "sees turn or change sign for ever, each at a rate of its own.";
-    case RiccatiKind::unbounded:
-      return "Solution none: P grows in directions that no measurement sees.";
-    case RiccatiKind::undecided:
-      break;
+    case RiccatiKind::unbounded: return "Solution none: P grows in directions that no measurement sees.";
+    case RiccatiKind::undecided: break;
   }
   return "Solution undecided: no limit of P was found that its recursion confirms.";
 }

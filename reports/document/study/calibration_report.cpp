@@ -80,18 +80,16 @@ Json interval_json(const MeanInterval& interval) {
 }
 
 Json distance_json(std::span<const DistanceBin> bins) {
-  Json all = Json::array();
-  for (const DistanceBin& bin : bins) {
-    all.push_back({{"from_m", bin.from_m},
-                   {"to_m", bin.to_m},
-                   {"rows", bin.rows},
-                   {"nees_over_dof", interval_json(bin.nees)},
-                   {"p_value", bin.p_value},
-                   {"adjusted_p_value", bin.adjusted},
-                   {"position_error_m", bin.error_m},
-                   {"position_sigma_m", bin.sigma_m}});
-  }
-  return all;
+  return json_list(bins, [](const DistanceBin& bin) -> Json {
+    return {{"from_m", bin.from_m},
+            {"to_m", bin.to_m},
+            {"rows", bin.rows},
+            {"nees_over_dof", interval_json(bin.nees)},
+            {"p_value", bin.p_value},
+            {"adjusted_p_value", bin.adjusted},
+            {"position_error_m", bin.error_m},
+            {"position_sigma_m", bin.sigma_m}};
+  });
 }
 
 Json held_out_json(const HeldOutNees& held_out) {
@@ -278,18 +276,17 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
 }
 
 Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<const std::string> states) {
-  Json bins = Json::array();
-  for (const SigmaBin& bin : c.bins) {
-    bins.push_back({{"state", state_name(states, bin.state)},
-                    {"sigma_from", bin.lower},
-                    {"sigma_to", bin.upper},
-                    {"claimed_rms", bin.claimed},
-                    {"rmse", bin.rmse},
-                    {"rows", bin.rows},
-                    {"factor", interval_json(bin.factor)},
-                    {"p_value", bin.p_value},
-                    {"adjusted_p_value", bin.adjusted}});
-  }
+  Json bins = json_list(c.bins, [&](const SigmaBin& bin) -> Json {
+    return {{"state", state_name(states, bin.state)},
+            {"sigma_from", bin.lower},
+            {"sigma_to", bin.upper},
+            {"claimed_rms", bin.claimed},
+            {"rmse", bin.rmse},
+            {"rows", bin.rows},
+            {"factor", interval_json(bin.factor)},
+            {"p_value", bin.p_value},
+            {"adjusted_p_value", bin.adjusted}};
+  });
   Json parts = Json::object();
   for (const PartFactor& part : c.parts) parts[part.name] = interval_json(part.factor);
   Json protection = Json::array();

@@ -24,8 +24,7 @@ Json scale_json(const ScaleAdvice& scale) {
 }
 
 Json accuracy_json(const std::vector<BlockAccuracy>& accuracy) {
-  Json rows = Json::array();
-  for (const BlockAccuracy& row : accuracy) {
+  return json_list(accuracy, [](const BlockAccuracy& row) {
     const MeanInterval& squared = row.squared_error;
     Json j = {
         {"of", row.of},
@@ -37,9 +36,8 @@ Json accuracy_json(const std::vector<BlockAccuracy>& accuracy) {
       j["bound"] = std::sqrt(row.bound);
       j["efficiency"] = json_interval(row.efficiency());
     }
-    rows.push_back(std::move(j));
-  }
-  return rows;
+    return j;
+  });
 }
 
 Json rmse_json(const RmseInterval& rmse) {
@@ -49,17 +47,15 @@ Json rmse_json(const RmseInterval& rmse) {
 }
 
 Json blocks_json(const Judgement& judgement) {
-  Json blocks = Json::array();
-  for (const BlockVerdict& block : judgement.blocks) {
+  return json_list(judgement.blocks, [](const BlockVerdict& block) {
     const ConsistencyVerdict& v = block.verdict;
-    blocks.push_back(with_reason({{"name", block.name},
-                                  {"mean", v.mean},
-                                  {"expected", v.expected},
-                                  {"p_value", v.p_value},
-                                  {"verdict", to_string(v.verdict)}},
-                                 v.reason));
-  }
-  return blocks;
+    return with_reason({{"name", block.name},
+                        {"mean", v.mean},
+                        {"expected", v.expected},
+                        {"p_value", v.p_value},
+                        {"verdict", to_string(v.verdict)}},
+                       v.reason);
+  });
 }
 
 Json coverage_json(const Judgement& judgement) {
@@ -116,22 +112,19 @@ void add_law(const LawJudgement& law, Json& j) {
   j["scores"] = {{"log", score_json(law.log_score)},
                  {"energy", score_json(law.energy_score)},
                  {"energy_of", law.energy_of_position ? "position" : "whitened state"}};
-  Json pairs = Json::array();
-  for (const SensorPairJudgement& pair : law.sensor_pairs) {
-    pairs.push_back(with_reason({{"first", pair.first},
-                                 {"second", pair.second},
-                                 {"largest_correlation", pair.correlation.largest},
-                                 {"p_value", pair.correlation.p_value}},
-                                pair.correlation.reason));
-  }
-  j["sensor_pairs"] = std::move(pairs);
+  j["sensor_pairs"] = json_list(law.sensor_pairs, [](const SensorPairJudgement& pair) -> Json {
+    return with_reason({{"first", pair.first},
+                        {"second", pair.second},
+                        {"largest_correlation", pair.correlation.largest},
+                        {"p_value", pair.correlation.p_value}},
+                       pair.correlation.reason);
+  });
 }
 
 Json lost_runs_json(const LostRuns& lost) {
-  Json j = Json::array();
-  for (const LostRun& run : lost.runs)
-    j.push_back({{"run", run.run}, {"row", run.row}, {"factor", run.factor}});
-  return j;
+  return json_list(lost.runs, [](const LostRun& run) -> Json {
+    return {{"run", run.run}, {"row", run.row}, {"factor", run.factor}};
+  });
 }
 
 Json settle_json(const SettlingRuns& settle) {
@@ -145,11 +138,9 @@ Json settle_json(const SettlingRuns& settle) {
 }  // namespace
 
 Json word_json(const Word& word) {
-  Json joined = Json::array();
-  for (const JoinedVerdict& part : word.joined) {
-    joined.push_back(
-        {{"name", part.name}, {"verdict", to_string(part.verdict)}, {"adjusted_p_value", part.p_value}});
-  }
+  Json joined = json_list(word.joined, [](const JoinedVerdict& part) -> Json {
+    return {{"name", part.name}, {"verdict", to_string(part.verdict)}, {"adjusted_p_value", part.p_value}};
+  });
   return {{"verdict", to_string(word.verdict)},
           {"p_value", word.p_value},
           {"says", word.says},
@@ -205,9 +196,9 @@ Json outcome_counts_json(const StudyStatistics& statistics) {
 }
 
 Json not_converged_json(std::span<const RunNotConverged> runs) {
-  Json list = Json::array();
-  for (const RunNotConverged& of : runs) list.push_back({{"run", of.run}, {"steps", of.steps}});
-  return list;
+  return json_list(runs, [](const RunNotConverged& of) -> Json {
+    return {{"run", of.run}, {"steps", of.steps}};
+  });
 }
 
 Json failure_json(const RunFailure& failure) {
@@ -235,22 +226,19 @@ Json responsible_block_json(const Judgement& b) {
 Json judgement_json(const Judgement& b) {
   Json j;
   j["runs"] = b.runs;
-  Json tests = Json::array();
-  for (const NamedTest& test : b.tests) {
-    tests.push_back({{"name", test.name},
-                     {"p_value", test.p_value},
-                     {"adjusted_p_value", test.adjusted},
-                     {"law", to_string(test.exactness)},
-                     {"measured", test.says}});
-  }
-  j["tests"] = std::move(tests);
+  j["tests"] = json_list(b.tests, [](const NamedTest& test) -> Json {
+    return {{"name", test.name},
+            {"p_value", test.p_value},
+            {"adjusted_p_value", test.adjusted},
+            {"law", to_string(test.exactness)},
+            {"measured", test.says}};
+  });
   j["blocks"] = blocks_json(b);
   j["responsible_block"] = responsible_block_json(b);
   j["joint_only"] = b.responsible.joint_only;
-  Json causes = Json::array();
-  for (const CauseFound& cause : b.causes)
-    causes.push_back({{"cause", to_string(cause.cause)}, {"why", cause.why}});
-  j["causes"] = std::move(causes);
+  j["causes"] = json_list(b.causes, [](const CauseFound& cause) -> Json {
+    return {{"cause", to_string(cause.cause)}, {"why", cause.why}};
+  });
   j["lost_runs"] = lost_runs_json(b.lost);
   j["scale"] = {{"covariance", scale_json(b.scale_covariance)},
                 {"innovation", scale_json(b.scale_innovation)},

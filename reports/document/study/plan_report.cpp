@@ -14,14 +14,13 @@ namespace {
 
 Json verdict_plan_json(const VerdictPlan& plan) {
   Json json{{"steps", plan.design.steps}, {"dof_per_step", plan.design.dof_per_step}};
-  json["detect"] = Json::array();
-  for (const DetectionPlan& detection : plan.detections) {
-    json["detect"].push_back({{"factor", detection.factor},
-                              {"runs", detection.needed.runs},
-                              {"power", detection.needed.power},
-                              {"word_runs", detection.word.runs},
-                              {"seconds", detection.seconds}});
-  }
+  json["detect"] = json_list(plan.detections, [](const DetectionPlan& detection) -> Json {
+    return {{"factor", detection.factor},
+            {"runs", detection.needed.runs},
+            {"power", detection.needed.power},
+            {"word_runs", detection.word.runs},
+            {"seconds", detection.seconds}};
+  });
   json["detectable"] = {{"below", plan.detectable.below}, {"above", plan.detectable.above}};
   return json;
 }
@@ -122,8 +121,7 @@ std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plan
                 {"seconds", cost.seconds},
                 {"runs_in_scenario", cost.scenario_runs},
                 {"seconds_in_scenario", cost.scenario_seconds}};
-  j["configurations"] = Json::array();
-  for (const StudyPlan& plan : plans) j["configurations"].push_back(study_plan_json(plan));
+  j["configurations"] = json_list(plans, study_plan_json);
   return text_of_json(j);
 }
 

@@ -23,11 +23,9 @@ Json bound_json(const PosteriorBound& bound) {
     for (double& value : squares) value = std::sqrt(value);
     return squares;
   };
-  Json blocks = Json::array();
-  for (const BoundCurve& curve : bound.blocks) {
-    blocks.push_back(
-        {{"of", curve.block}, {"bound", roots(curve.bound)}, {"at_truth", roots(curve.at_truth)}});
-  }
+  Json blocks = json_list(bound.blocks, [&](const BoundCurve& curve) -> Json {
+    return {{"of", curve.block}, {"bound", roots(curve.bound)}, {"at_truth", roots(curve.at_truth)}};
+  });
   return with_reason({{"runs", bound.runs}, {"blocks", std::move(blocks)}}, bound.reason);
 }
 
@@ -44,13 +42,11 @@ Json stop_json(const StudyAnalysis& a) {
 
 Json outcomes_json(const StudyAnalysis& a) {
   Json j = outcome_counts_json(a.statistics);
-  Json failures = Json::array();
-  for (const RunFailure& f : a.statistics.failures) {
+  j["failures"] = json_list(a.statistics.failures, [&](const RunFailure& f) {
     Json failure = {{"seed", a.scenario.study.seed}};
     failure.update(failure_json(f));
-    failures.push_back(std::move(failure));
-  }
-  j["failures"] = std::move(failures);
+    return failure;
+  });
   j["not_converged"] = not_converged_json(a.statistics.not_converged);
   return j;
 }
@@ -97,8 +93,8 @@ Json study_json(const StudyAnalysis& a) {
 
 std::string studies_json(const std::vector<ReportedStudy>& reported) {
   if (reported.size() == 1) return text_of_json(study_json(reported.front().analysis));
-  Json studies = Json::array();
-  for (const ReportedStudy& each : reported) studies.push_back(study_json(each.analysis));
+  Json studies =
+      json_list(reported, [](const ReportedStudy& each) -> Json { return study_json(each.analysis); });
   return text_of_json({{"schema", kSchema}, {"studies", std::move(studies)}});
 }
 

@@ -17,14 +17,10 @@ std::string observability_text(Observability o) {
 
 std::string range_text(InflationRange range) {
   switch (range) {
-    case InflationRange::generic:
-      return "anywhere";
-    case InflationRange::map:
-      return "in the map";
-    case InflationRange::with_vehicle:
-      return "with the vehicle's noise";
-    case InflationRange::difference:
-      return "differences of landmarks";
+    case InflationRange::generic: return "anywhere";
+    case InflationRange::map: return "in the map";
+    case InflationRange::with_vehicle: return "with the vehicle's noise";
+    case InflationRange::difference: return "differences of landmarks";
   }
   return "";
 }
@@ -215,32 +211,31 @@ Figure rank_map_figure(std::span<const RankMapCell> cells) {
 }
 
 Json rank_map_json(std::span<const RankMapCell> cells, double confidence) {
-  Json groups = Json::array(), list = Json::array();
-  for (const RankMapSummary& s : summarise(cells, confidence)) {
-    groups.push_back({{"observability", to_string(s.observability)},
-                      {"inflation_range", to_string(s.range)},
-                      {"cells", s.cells},
-                      {"bounded", s.bounded},
-                      {"exact_errs", s.exact_errs},
-                      {"paper_errs", s.paper_errs},
-                      {"errors_outside", s.errors_outside},
-                      {"largest_nees_ratio", s.largest_nees_ratio}});
-  }
-  for (const RankMapCell& c : cells) {
-    list.push_back({{"observability", to_string(c.observability)},
-                    {"inflation_range", to_string(c.range)},
-                    {"landmarks", c.landmarks},
-                    {"inflation_rank", c.inflation_rank},
-                    {"observability_rank", c.observability_rank},
-                    {"measured_bounded", c.bounded},
-                    {"growth_exponent", c.growth_exponent},
-                    {"growth_per_step", c.growth_per_step},
-                    {"predicted_bounded", c.predicted},
-                    {"paper_condition_holds", c.paper},
-                    {"nees_ratio", c.nees_ratio},
-                    {"error_growth", c.error_growth}});
-  }
-  return {{"groups", groups}, {"cells", list}};
+  Json groups = json_list(summarise(cells, confidence), [](const RankMapSummary& s) -> Json {
+    return {{"observability", to_string(s.observability)},
+            {"inflation_range", to_string(s.range)},
+            {"cells", s.cells},
+            {"bounded", s.bounded},
+            {"exact_errs", s.exact_errs},
+            {"paper_errs", s.paper_errs},
+            {"errors_outside", s.errors_outside},
+            {"largest_nees_ratio", s.largest_nees_ratio}};
+  });
+  Json list = json_list(cells, [](const RankMapCell& c) -> Json {
+    return {{"observability", to_string(c.observability)},
+            {"inflation_range", to_string(c.range)},
+            {"landmarks", c.landmarks},
+            {"inflation_rank", c.inflation_rank},
+            {"observability_rank", c.observability_rank},
+            {"measured_bounded", c.bounded},
+            {"growth_exponent", c.growth_exponent},
+            {"growth_per_step", c.growth_per_step},
+            {"predicted_bounded", c.predicted},
+            {"paper_condition_holds", c.paper},
+            {"nees_ratio", c.nees_ratio},
+            {"error_growth", c.error_growth}};
+  });
+  return {{"groups", std::move(groups)}, {"cells", std::move(list)}};
 }
 
 }  // namespace credence::internal

@@ -140,12 +140,8 @@ std::string log_tune_json(const std::string& name, const std::vector<InnovationT
   j["schema"] = kSchema;
   j["name"] = name;
   j["engine"] = "innovations and S alone";
-  j["parameters"] = Json::array();
-  j["sensors"] = Json::array();
-  for (const InnovationTuning& t : sensors) {
-    j["parameters"].push_back(sensor_scale_json(t));
-    j["sensors"].push_back(tuned_sensor_json(t));
-  }
+  j["parameters"] = json_list(sensors, sensor_scale_json);
+  j["sensors"] = json_list(sensors, tuned_sensor_json);
   j["correlation"] = Json::array();
   // Of one sensor the members of a scenario's document too.
   const bool one = sensors.size() == 1;

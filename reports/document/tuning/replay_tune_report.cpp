@@ -42,16 +42,15 @@ Json left_out_json(const ReplayTuning& t) {
   j["runs"] = t.left_out.size();
   j["parts_are"] = t.parts_are_logs ? "logs" : "fifths";
   j["before"] = left_out_tests_json(t.before, t.tuning.confidence);
-  j["parts"] = Json::array();
-  for (const LeftOutPart& part : t.left_out) {
+  j["parts"] = json_list(t.left_out, [&](const LeftOutPart& part) -> Json {
     Json values;
     for (std::size_t i = 0; i < part.values.size(); ++i) values[t.tuning.coordinates[i]] = part.values[i];
-    j["parts"].push_back({{"name", part.name},
-                          {"sights", part.observations},
-                          {"tuned_on_the_others", std::move(values)},
-                          {"nis", {{"before", part.nis_before}, {"after", part.nis_after}}},
-                          {"log_score", {{"before", part.score_before}, {"after", part.score_after}}}});
-  }
+    return {{"name", part.name},
+            {"sights", part.observations},
+            {"tuned_on_the_others", std::move(values)},
+            {"nis", {{"before", part.nis_before}, {"after", part.nis_after}}},
+            {"log_score", {{"before", part.score_before}, {"after", part.score_after}}}};
+  });
   return j;
 }
 

@@ -55,19 +55,16 @@ Json fresh_noise_json(const ScenarioTuning& t) {
 }
 
 Json nis_ridge_json(const ScenarioTuning& t) {
-  Json ridge = Json::array();
-  const ScoreModel& model = t.score->model();
-  for (const RidgePoint& point : t.ridge) {
+  return json_list(t.ridge, [&](const RidgePoint& point) -> Json {
     Json values;
-    for (const NoiseValue& value : model.values(point.phi)) {
+    for (const NoiseValue& value : t.score->model().values(point.phi)) {
       const ScenarioScore::Key key = t.score->key(value.name);
       values[key.name] = value.value * key.unit;
     }
-    ridge.push_back({{"values", std::move(values)},
-                     {"lag_one_correlation", point.lag_one},
-                     {"log_score_loss", point.drop / t.tuning.steps}});
-  }
-  return ridge;
+    return {{"values", std::move(values)},
+            {"lag_one_correlation", point.lag_one},
+            {"log_score_loss", point.drop / t.tuning.steps}};
+  });
 }
 
 std::string ridge_sentence(const ScenarioTuning& t, const RidgePoint& point) {

@@ -31,15 +31,14 @@ Json tuned_parameter_json(const TunedParameter& p) {
 }
 
 Json tune_forecast_json(const TuningForecast& forecast) {
-  Json all = Json::array();
-  for (const TuningForecast::Parameter& p : forecast.parameters) {
-    Json& j = all.emplace_back(Json{{"name", p.name},
-                                    {"identifiable", p.identifiable},
-                                    {"relative_error", p.relative_error},
-                                    {"steps_for_10_percent", p.steps_for_10_percent}});
+  return json_list(forecast.parameters, [](const TuningForecast::Parameter& p) {
+    Json j{{"name", p.name},
+           {"identifiable", p.identifiable},
+           {"relative_error", p.relative_error},
+           {"steps_for_10_percent", p.steps_for_10_percent}};
     if (!p.identifiable) j["null_reason"] = p.reason;
-  }
-  return all;
+    return j;
+  });
 }
 
 }  // namespace
@@ -133,8 +132,7 @@ Json tuning_json(const Tuning& g) {
   Json j;
   j["confidence"] = g.confidence;
   j["forecast"] = tune_forecast_json(g.forecast);
-  j["parameters"] = Json::array();
-  for (const TunedParameter& p : g.parameters) j["parameters"].push_back(tuned_parameter_json(p));
+  j["parameters"] = json_list(g.parameters, tuned_parameter_json);
   j["coordinates"] = g.coordinates;
   j["correlation"] = json_matrix(g.correlation);
   j["log_score"] = {{"before", g.score_before},
