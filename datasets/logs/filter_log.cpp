@@ -42,11 +42,7 @@ FilterLogReader::FilterLogReader(const std::filesystem::path& file) : lines_(fil
   } catch (const std::invalid_argument& error) {
     lines_.fail(error.what());
   }
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    names_.emplace_back(trim_blanks(line.substr(begin, end - begin)));
-    begin = end + 1;
-  }
+  for (const std::string_view name : comma_fields(line)) names_.emplace_back(name);
   fields_.resize(static_cast<std::size_t>(header_.columns));
   noise_.resize(header_.innovations.size());
 }

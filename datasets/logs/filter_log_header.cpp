@@ -337,12 +337,9 @@ FilterLogHeader parse_filter_log_header(std::string_view line) {
   require_commas(line);
   HeaderParser parser;
   Index column = 0;
-  for (std::size_t begin = 0; begin <= line.size(); ++column) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    std::string_view name = trim_blanks(line.substr(begin, end - begin));
+  for (std::string_view name : comma_fields(line)) {
     if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
-    parser.add(name, column);
-    begin = end + 1;
+    parser.add(name, column++);
   }
   return parser.finish(column);
 }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace credence::internal {
 
@@ -15,5 +16,11 @@ std::string shown_field(std::string_view text);
 
 /// `field` without blanks at its ends.
 std::string_view trim_blanks(std::string_view field);
+
+/// The fields of a line between commas, without blanks at their ends.
+std::vector<std::string_view> comma_fields(std::string_view line);
+
+/// The words of a line between any of these characters.
+std::vector<std::string_view> words_between(std::string_view blanks, std::string_view line);
 
 }  // namespace credence::internal

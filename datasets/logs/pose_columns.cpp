@@ -36,7 +36,7 @@ std::string plain_word(std::string_view name) {
 /// Finds columns by the last words of their names.
 class NamedColumns {
  public:
-  explicit NamedColumns(std::string_view header) : fields_(pose_fields(header, true)) {
+  explicit NamedColumns(std::string_view header) : fields_(comma_fields(header)) {
     for (const std::string_view field : fields_) words_.push_back(plain_word(field));
   }
 
@@ -134,7 +134,7 @@ std::optional<PoseColumns> named(std::string_view header, bool with_covariance) 
 }
 
 std::optional<PoseColumns> unnamed(std::string_view row, bool with_covariance) {
-  const std::vector<std::string_view> fields = pose_fields(row, true);
+  const std::vector<std::string_view> fields = comma_fields(row);
   const std::size_t count = fields.size();
   PoseColumns columns{.commas = true, .fewest = count, .most = count};
   // sec, nanosec, frame, of an odometry another frame.
@@ -164,25 +164,6 @@ std::vector<std::size_t> columns_from(std::size_t first, std::size_t count) {
   std::vector<std::size_t> all(count);
   for (std::size_t i = 0; i < count; ++i) all[i] = first + i;
   return all;
-}
-
-std::vector<std::string_view> pose_fields(std::string_view line, bool commas) {
-  std::vector<std::string_view> fields;
-  if (commas) {
-    for (std::size_t begin = 0; begin <= line.size();) {
-      const std::size_t end = std::min(line.find(',', begin), line.size());
-      fields.push_back(trim_blanks(line.substr(begin, end - begin)));
-      begin = end + 1;
-    }
-    return fields;
-  }
-  constexpr std::string_view kBlanks = " \t";
-  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-    fields.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kBlanks, end);
-  }
-  return fields;
 }
 
 bool is_pose_header(std::string_view line) {

@@ -26,9 +26,6 @@ struct PoseColumns {
 /// So many columns side by side.
 std::vector<std::size_t> columns_from(std::size_t first, std::size_t count);
 
-/// The fields of a line, without the blanks around them; separated by commas, or by blanks.
-std::vector<std::string_view> pose_fields(std::string_view line, bool commas);
-
 /// The columns of poses that the first line of a CSV tells: a header with names such as timestamp, x, y, z,
 /// qx, qy, qz, qw, covariance_0 …, or those of the fields of ROS; or, without a header, a row of t x y z qx
 /// qy qz qw and a covariance, or one that `ros2 topic echo --csv` prints of a pose with covariance or an

@@ -23,17 +23,6 @@ namespace {
 constexpr double kDay_s = 86400.0, kWeek_s = 7.0 * kDay_s;
 constexpr std::array<const char*, 7> kQualities = {"none", "fix", "float", "sbas", "dgps", "single", "ppp"};
 
-std::vector<std::string_view> words(std::string_view line) {
-  constexpr std::string_view kBlanks = " \t,";
-  std::vector<std::string_view> result;
-  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-    result.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kBlanks, end);
-  }
-  return result;
-}
-
 /// In which coordinates the positions are.
 enum class Coordinates { geodetic, earth_fixed, baseline };
 
@@ -114,7 +103,7 @@ class SolutionReader {
 
   GnssFix row(std::string_view line, Coordinates coordinates) const {
     constexpr std::size_t kNeeded = 13;
-    const std::vector<std::string_view> fields = words(line);
+    const std::vector<std::string_view> fields = words_between(" \t,", line);
     if (fields.size() < kNeeded) {
       lines_.fail(
           fmt::format("{} fields where at least {} are expected: time, position, Q, ns and six standard "

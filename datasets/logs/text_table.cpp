@@ -14,17 +14,12 @@ namespace {
 
 /// Appends the numbers of one line; returns the problem, or an empty string.
 std::string parse_line(std::string_view line, Index columns, std::vector<double>& numbers) {
-  constexpr std::string_view kBlanks = " \t";
   Index count = 0;
-  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;
-       begin = line.find_first_not_of(kBlanks, begin)) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-    const std::string_view word = line.substr(begin, end - begin);
+  for (const std::string_view word : words_between(" \t", line)) {
     const std::optional<double> number = parse_finite(word);
     if (!number) return fmt::format("'{}' is not a finite number", shown_field(word));
     numbers.push_back(*number);
     ++count;
-    begin = end;
   }
   if (count != columns) return fmt::format("{} numbers where {} are expected", count, columns);
   return "";

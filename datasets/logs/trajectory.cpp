@@ -27,7 +27,7 @@ class PoseRows {
       : lines_(lines), columns_(columns), out_(out) {}
 
   void add(std::string_view line) {
-    fields_ = pose_fields(line, columns_.commas);
+    fields_ = columns_.commas ? comma_fields(line) : words_between(" \t", line);
     if (fields_.size() < columns_.fewest || fields_.size() > columns_.most) {
       if (has_covariance() && fields_.size() == kWithoutCovariance) {
         lines_.fail(
@@ -144,7 +144,7 @@ class PoseRows {
 /// Columns by name; `line` is a header.
 PoseColumns named_columns(const LineReader& lines, std::string_view line, bool with_covariance) {
   if (line.starts_with('#')) line.remove_prefix(1);
-  const std::vector<std::string_view> names = pose_fields(line, true);
+  const std::vector<std::string_view> names = comma_fields(line);
   const auto find = [&](std::string_view name) -> std::optional<std::size_t> {
     const auto found = std::ranges::find(names, name);
     if (found == names.end()) return std::nullopt;

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "datasets/logs/conventions/convention_check.h"
@@ -27,20 +29,13 @@ std::string_view name_of(TrajectoryFormat format) {
 /// How many numbers the first line that is no comment holds, separated by blanks; 0 if anything else is
 /// there.
 std::size_t numbers_in_first_row(std::string_view beginning) {
-  constexpr std::string_view kBlanks = " \t\r";
   while (!beginning.empty()) {
     const std::size_t end = beginning.find('\n');
-    std::string_view line = beginning.substr(0, end);
+    const std::vector<std::string_view> words = words_between(" \t\r", beginning.substr(0, end));
     beginning.remove_prefix(end == std::string_view::npos ? beginning.size() : end + 1);
-    std::size_t at = line.find_first_not_of(kBlanks);
-    if (at == std::string_view::npos || line[at] == '#') continue;
-    std::size_t count = 0;
-    for (; at != std::string_view::npos; ++count) {
-      const std::size_t stop = std::min(line.find_first_of(kBlanks, at), line.size());
-      if (!parse_finite(line.substr(at, stop - at))) return 0;
-      at = line.find_first_not_of(kBlanks, stop);
-    }
-    return count;
+    if (words.empty() || words.front().starts_with('#')) continue;
+    const auto is_number = [](std::string_view word) { return parse_finite(word).has_value(); };
+    return std::ranges::all_of(words, is_number) ? words.size() : 0;
   }
   return 0;
 }

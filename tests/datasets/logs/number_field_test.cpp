@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string_view>
+#include <vector>
 
 namespace credence::internal {
 namespace {
@@ -38,6 +40,14 @@ TEST(NumberField, blanks_are_trimmed_at_the_ends_alone) {
   EXPECT_EQ(trim_blanks("a"), "a");
   EXPECT_EQ(trim_blanks(" \t"), "");
   EXPECT_EQ(trim_blanks(""), "");
+}
+
+TEST(NumberField, LinesAreTakenApartAtCommasOrBetweenBlanks) {
+  using Fields = std::vector<std::string_view>;
+  EXPECT_EQ(comma_fields("a, b\t,,c d,"), (Fields{"a", "b", "", "c d", ""}));
+  EXPECT_EQ(comma_fields(""), Fields{""});
+  EXPECT_EQ(words_between(" \t,", " a,\tb  c "), (Fields{"a", "b", "c"}));
+  EXPECT_EQ(words_between(" \t", " \t"), Fields{});
 }
 
 }  // namespace
