@@ -137,7 +137,6 @@ TEST(StabilityReport, WhatGrowsIsNamedWithItsRate) {
   EXPECT_THAT(table_of(document, "Ranks").rows.at(1).at(4).text, HasSubstr("unseen"));
 }
 
-// Without noise nothing drives P, but what is learnt is kept for ever.
 // A constant ΔP is in the condition as in the recursion: which then still grows after so many steps, and has
 // a bound, or grows too slowly to be seen.
 TEST(StabilityReport, OfAConstantInflationTheConditionDecidesNotTheStepsMeasured) {
@@ -155,6 +154,7 @@ TEST(StabilityReport, OfAConstantInflationTheConditionDecidesNotTheStepsMeasured
   EXPECT_EQ(stability_shown(analysis).answer.tone, CellTone::alarm);
 }
 
+// Without noise nothing drives P, but what is learnt is kept for ever.
 TEST(StabilityReport, OnTheCircleAPartStays) {
   const Document document = stability_shown(scalar(1.0, 0.0));
   EXPECT_THAT(document.answer.text, testing::StartsWith("P stays bounded"));
