@@ -3,11 +3,25 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/correlation/log_beta_cumulants.h"
 #include "analysis/laws/correlation/sample_correlation.h"
 #include "core/nan.h"
 
 namespace credence::internal {
+namespace {
+
+/// Of −ln Λ of independent groups of p and q components over N values less their mean: Λ is a product of
+/// independent Beta((N − q − i)/2, q/2), i = 1 … p ([Anderson 2003], section 8.4).
+Cumulants log_lambda_cumulants(double values, Index p, Index q) {
+  const double b = 0.5 * static_cast<double>(q);
+  Cumulants sum;
+  for (Index i = 1; i <= p; ++i)
+    sum = sum + log_beta_cumulants(0.5 * (values - static_cast<double>(i)) - b, b);
+  return sum;
+}
+
+}  // namespace
+
 BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first) {
   BlockCorrelationTest result{.values = u.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
   const Index n = u.mean.size();
@@ -36,7 +50,7 @@ BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first)
   }
   result.largest = R->topRightCorner(first, rest).cwiseAbs().maxCoeff();
   result.statistic = -(values - 1.0 - 0.5 * (dim + 1.0)) * std::min(0.0, log_lambda);
-  result.p_value = chi_square_survival(result.statistic, result.dof);
+  result.p_value = upper_p_value(-log_lambda, log_lambda_cumulants(values, first, rest));
   return result;
 }
 

@@ -2,11 +2,25 @@
 
 #include <cmath>
 
-#include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/correlation/log_beta_cumulants.h"
 #include "analysis/laws/correlation/sample_correlation.h"
 #include "core/nan.h"
 
 namespace credence::internal {
+namespace {
+
+/// Of −ln det R of n independent components over M values less their mean: det R is a product of independent
+/// Beta((M − 1 − i)/2, i/2), i = 1 … n − 1 ([Anderson 2003], section 9.3).
+Cumulants log_det_cumulants(double runs, Index n) {
+  Cumulants sum;
+  for (Index i = 1; i < n; ++i) {
+    const double b = 0.5 * static_cast<double>(i);
+    sum = sum + log_beta_cumulants(0.5 * (runs - 1.0) - b, b);
+  }
+  return sum;
+}
+
+}  // namespace
 
 ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened) {
   ErrorCorrelationTest result{.runs = whitened.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
@@ -34,7 +48,7 @@ ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened) {
   result.largest = (*R - Matrix::Identity(n, n)).cwiseAbs().maxCoeff();
   result.dof = 0.5 * dim * (dim - 1.0);
   result.statistic = -(runs - 1.0 - (2.0 * dim + 5.0) / 6.0) * log_det;
-  result.p_value = chi_square_survival(result.statistic, result.dof);
+  result.p_value = upper_p_value(-log_det, log_det_cumulants(runs, n));
   return result;
 }
 

@@ -45,6 +45,20 @@ TEST(BlockCorrelation, HoldsItsLevelWhateverTheCorrelationWithin) {
   EXPECT_NEAR(alarms / static_cast<double>(kStudies), 0.05, 5.0 * std::sqrt(0.05 * 0.95 / kStudies));
 }
 
+// Hardly more values than components: chi-square of the statistic rejects in 23 %.
+TEST(BlockCorrelation, HoldsItsLevelOfManyComponentsAndFewValues) {
+  std::mt19937_64 random(10);
+  std::normal_distribution<double> normal;
+  int alarms = 0;
+  constexpr int kStudies = 4000;
+  for (int i = 0; i < kStudies; ++i) {
+    VectorMoments moments;
+    for (int k = 0; k < 14; ++k) moments.add(Vector::NullaryExpr(12, [&] { return normal(random); }));
+    alarms += test_block_correlation(moments, 6).p_value <= 0.05;
+  }
+  EXPECT_NEAR(alarms / static_cast<double>(kStudies), 0.05, 5.0 * std::sqrt(0.05 * 0.95 / kStudies));
+}
+
 TEST(BlockCorrelation, SeesWhatIsShared) {
   std::mt19937_64 random(8);
   const BlockCorrelationTest test = test_block_correlation(values(0.3, 500, random), 1);
