@@ -89,7 +89,8 @@ void add_compare_command(CLI::App& app) {
       ("credence run planar_loop --out out/a && "
        "credence run planar_loop --set filter.process_scale=2.0 --out out/b"),
       "credence compare out/a out/b --out out/compared",
-      "credence check a.csv --format json > a.json    # and b.json; then", "credence compare a.json b.json"};
+      "credence check A.csv --format json > a.json    # and B.csv > b.json; then",
+      "credence compare a.json b.json"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{compare(*options)}; });
 }

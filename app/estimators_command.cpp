@@ -95,10 +95,10 @@ void add_estimators_command(CLI::App& app) {
       ->check(CLI::IsMember(names));
   add_common_options(*command, *options);
   static constexpr const char* kExamples[] = {
-      "credence estimators scenarios/ukfm_slam2d.toml --out out/estimators",
-      "credence estimators scenarios/huang_ring.toml --estimators ekf,ideal,fej --runs 1000",
-      "credence estimators scenarios/huang_annulus.toml --set world.map=7 --format json",
-      "credence estimators scenarios/estimator_map.toml --out out/map"};
+      "credence estimators ukfm_slam2d --out out/estimators",
+      "credence estimators huang_ring --estimators ekf,ideal,fej --runs 1000",
+      "credence estimators huang_annulus --set world.map=7 --format json",
+      "credence estimators estimator_map --out out/map"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{estimators(*options)}; });
 }

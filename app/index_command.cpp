@@ -17,7 +17,7 @@ void add_index_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("index", "one page above all reports of a folder");
   auto folder = std::make_shared<std::string>();
   command->add_option("folder", *folder, "folder with reports in it or below; gets reports.html")->required();
-  command->footer("Examples:\n  credence index out");
+  command->footer("Examples:\n  credence run planar_loop --out out/loop && credence index out");
   command->callback([folder] {
     const std::size_t reports = write_report_index(*folder, make_provenance(this_command()));
     fmt::print("{} report{}: {}\n", reports, reports == 1 ? "" : "s",

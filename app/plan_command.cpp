@@ -96,10 +96,9 @@ void add_plan_command(CLI::App& app) {
   add_setting_option(*command, *options);
   add_threads_option(*command, options->threads);
   add_print_options(*command, *options);
-  static constexpr const char* kExamples[] = {
-      "credence plan scenarios/figure1_two_landmarks.toml",
-      "credence plan scenarios/planar_loop.toml --factor 1.5 --power 0.95",
-      "credence plan scenarios/mistuned_sweep.toml --precision 0.02 --format json"};
+  static constexpr const char* kExamples[] = {"credence plan figure1_two_landmarks",
+                                              "credence plan planar_loop --factor 1.5 --power 0.95",
+                                              "credence plan mistuned_sweep --precision 0.02 --format json"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{plan(*options)}; });
 }

@@ -53,7 +53,8 @@ void add_selftest_command(CLI::App& app) {
       ->capture_default_str();
   add_threads_option(*command, options->test.threads);
   add_output_options(*command, *options);
-  static constexpr const char* kExamples[] = {"credence selftest", "credence selftest --out out/selftest",
+  static constexpr const char* kExamples[] = {"credence selftest    # two minutes of one core",
+                                              "credence selftest --out out/selftest",
                                               "credence selftest --studies 20000 --seed 2 --format json"};
   command->footer("Exit code 3 when a test is out of calibration or a wrong filter is not found.\n\n" +
                   examples(kExamples));

@@ -131,7 +131,7 @@ void add_report_command(CLI::App& app) {
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks --out out/one && credence report out/one",
       "credence report out/one --figures pgf,png,one-column    # each figure and panel, in out/one/figures",
-      "credence report out/sweep --out out/so_far    # of a sweep that is still running"};
+      "credence sweep mistuned_sweep --out out/sweep & sleep 5; credence report out/sweep --out out/so_far"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{report(*options)}; });
 }

@@ -162,11 +162,10 @@ void add_stability_command(CLI::App& app) {
       ->check(CLI::Range(Index{4}, Index{100'000}))
       ->capture_default_str();
   static constexpr const char* kExamples[] = {
-      "credence stability scenarios/figure2_two_landmarks.toml",
-      "credence stability scenarios/figure3_two_landmarks.toml --format json",
-      "credence stability scenarios/figure3_two_landmarks.toml --set world.landmarks=6 --out out/stability",
-      "credence stability scenarios/planar_stability.toml --set filter.inflation=full",
-      "credence stability scenarios/planar_table.toml --out out/planar_table"};
+      "credence stability figure2_two_landmarks", "credence stability figure3_two_landmarks --format json",
+      "credence stability figure3_two_landmarks --set world.landmarks=6 --out out/stability",
+      "credence stability planar_stability --set filter.inflation=full",
+      "credence stability planar_table --out out/planar_table"};
   command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{stability(*options)}; });
 }

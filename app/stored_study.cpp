@@ -32,8 +32,10 @@ std::vector<fs::path> study_directories(const fs::path& path) {
     if (ResultStore::exists(entry.path())) directories.push_back(entry.path());
   }
   if (directories.empty()) {
-    throw StoreError(fmt::format("{}: holds no stored results; run and sweep make such folders, with --out",
-                                 path.string()));
+    throw StoreError(
+        fmt::format("{}: holds no stored results; run and sweep make such folders, with --out (other "
+                    "commands make their pages and figures again when they are run again)",
+                    path.string()));
   }
   std::ranges::sort(directories);
   return directories;

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sys/wait.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -67,7 +68,13 @@ int submit(SubmitCommand& command) {
   const std::string send = "sh " + shell_word((folder / "submit.sh").string());
   const std::string out = printable_line(shell_word(sweep.out.string()));
   if (command.send) {
-    if (std::system(send.c_str()) != 0) throw std::runtime_error("sbatch did not take the jobs: " + send);
+    const int status = std::system(send.c_str());
+    constexpr int kNoSuchCommand = 127;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNoSuchCommand) {
+      throw std::runtime_error(
+          "this machine has no sbatch; the scripts are written, to be sent from one that has: " + send);
+    }
+    if (status != 0) throw std::runtime_error("sbatch did not take the jobs: " + send);
   } else {
     fmt::print("Written; this sends it:   {}\n", printable_line(send));
   }
@@ -112,8 +119,8 @@ void add_submit_command(CLI::App& app) {
       ->type_name("DIR")
       ->check(writable_folder);
   static constexpr const char* kExamples[] = {
-      "credence submit scenarios/mistuned_sweep.toml --slurm --tasks 8 --out out/job",
-      "credence submit scenarios/mistuned_sweep.toml --slurm --tasks 8 --time 0:20:00 "
+      "credence submit mistuned_sweep --slurm --tasks 8 --out out/job",
+      "credence submit mistuned_sweep --slurm --tasks 8 --time 0:20:00 "
       "--sbatch=--partition=short --submit"};
   command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{submit(*options)}; });

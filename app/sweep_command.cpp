@@ -149,7 +149,9 @@ void join(const MergeOptions& options, ResultStore& target) {
 
 int merge(const MergeOptions& options) {
   require_joinable(options.directories);
-  const std::vector<fs::path> missing = missing_folders(options.out);
+  std::vector<fs::path> missing = missing_folders(options.out);
+  // What is empty when this fails and is not now, another merge has made and taken back.
+  if (fs::is_directory(options.out) && !fs::is_empty(options.out)) missing.emplace_back(options.out);
   std::optional<ResultStore> target;
   try {
     target.emplace(ResultStore::open_to_write(options.out, version()));
@@ -181,10 +183,10 @@ void add_sweep_command(CLI::App& app) {
       ->type_name("i/n")
       ->capture_default_str();
   static constexpr const char* kExamples[] = {
-      "credence sweep scenarios/mistuned_sweep.toml",
-      "credence sweep scenarios/mistuned_sweep.toml --set sweep.world.landmarks=1:4 --out out/landmarks",
-      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
-      "credence sweep scenarios/rank_map.toml    # when does inflation keep P bounded?"};
+      "credence sweep mistuned_sweep",
+      "credence sweep mistuned_sweep --set sweep.world.landmarks=1:4 --out out/landmarks",
+      "credence sweep mistuned_sweep --shard 1/2 --out out/part1",
+      "credence sweep rank_map    # when does inflation keep P bounded?"};
   command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{sweep(*options), true}; });
 }
@@ -196,11 +198,10 @@ void add_merge_command(CLI::App& app) {
   command->add_option("--out", options->out, "folder for the joined results")
       ->required()
       ->check(writable_folder);
-  static constexpr const char* kExamples[] = {
-      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
-      "credence sweep scenarios/mistuned_sweep.toml --shard 2/2 --out out/part2",
-      "credence merge out/part1 out/part2 --out out/joined",
-      "credence report out/joined    # and credence show out/joined"};
+  static constexpr const char* kExamples[] = {"credence sweep mistuned_sweep --shard 1/2 --out out/part1",
+                                              "credence sweep mistuned_sweep --shard 2/2 --out out/part2",
+                                              "credence merge out/part1 out/part2 --out out/joined",
+                                              "credence report out/joined    # and credence show out/joined"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{merge(*options)}; });
 }

@@ -72,10 +72,10 @@ void add_tune_command(CLI::App& app) {
       ->check(CLI::Range(1, 5));
   add_common_options(*command, *options);
   static constexpr const char* kExamples[] = {
-      "credence tune scenarios/tracking.toml",
-      "credence tune scenarios/linear.toml --free 'diag(Q),R' --write tuned.toml",
-      "credence tune scenarios/linear.toml --free 'diag(Q),R' --out out/tune --format json",
-      "credence tune carpark --data DIR --out out/carpark", "credence tune out/logs"};
+      "credence tune tracking", "credence tune linear --free 'diag(Q),R' --write tuned.toml",
+      "credence tune linear --free 'diag(Q),R' --out out/tune --format json",
+      "credence run figure1_two_landmarks --log out/logs --fresh && credence tune out/logs",
+      "credence tune carpark --data DIR --out out/carpark"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{tune_input(*options)}; });
 }

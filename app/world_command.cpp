@@ -98,7 +98,7 @@ void add_world_command(CLI::App& app) {
   add_study_options(*command, *options);
   command->add_flag("--frames", options->frames, "binary rows of float64 instead of CSV (docs/formats.md)");
   static constexpr const char* kExamples[] = {
-      "credence world tracking --runs 200 | my_filter | credence check -    # docs/formats.md",
+      "credence world tracking --runs 200 | MY_FILTER | credence check -    # docs/formats.md",
       "credence world planar_loop --runs 1 > run.csv"};
   command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{stream(*options)}; });

@@ -39,8 +39,10 @@ TEST_F(StoredStudies, WhereThereAreNoneIsBadInput) {
     for (const char* command : {"show", "report"}) {
       const Finished f = run({command, path});
       EXPECT_EQ(f.code, 2);
-      EXPECT_EQ(f.err, "credence: " + path +
-                           ": holds no stored results; run and sweep make such folders, with --out\n");
+      EXPECT_EQ(f.err,
+                "credence: " + path +
+                    ": holds no stored results; run and sweep make such folders, with --out (other commands "
+                    "make their pages and figures again when they are run again)\n");
       EXPECT_EQ(f.out, "");
     }
   }

@@ -42,6 +42,20 @@ class SubmitCommand : public CommandTest {
   }
 };
 
+TEST_F(SubmitCommand, AMachineWithoutSlurmIsToldWhereToSendTheScripts) {
+  write("s.toml", kSubmittedSweep);
+  fake("sh", "exec /bin/sh \"$@\"\n");  // the only program that is found
+  const Finished f = finish(
+      start_program({"sh", "-c",
+                     "PATH=" + (folder_ / "bin").string() + ":/nowhere; " + credence_binary().string() +
+                         " submit s.toml --slurm --tasks 3 --submit --out job"}));
+  EXPECT_EQ(f.code, 2);
+  EXPECT_NE(f.err.find("no sbatch; the scripts are written, to be sent from one that has: sh "),
+            std::string::npos)
+      << f.err;
+  EXPECT_TRUE(fs::exists(folder_ / "job/slurm/submit.sh"));
+}
+
 TEST_F(SubmitCommand, TheScriptsDoWhatOneProcessDoes) {
   write("s.toml", kSubmittedSweep);
   // Runs a job at once, as Slurm would: the tasks of an array one after the other.
