@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
-#include <utility>
 
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
@@ -34,11 +33,11 @@ std::optional<Findings::CutOff> cut_off_of(const SensorSums& sums, const SensorJ
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
   // A correlation of NIS does not tell by its sign what causes it.
   const bool not_white = !sums.sensor.nis_alone && speaks(j, of_sensor(kWhiteness, s));
-  // Of several sensors the one that tells most clearly.
-  const auto clearness = [](const WhitenessTest& test) { return std::pair(test.p_value, -test.statistic); };
-  const bool clearest =
-      !f.whiteness || (not_white && (!f.not_white || clearness(s.whiteness) < clearness(*f.whiteness)));
-  if (clearest && !sums.sensor.nis_alone) f.whiteness = s.whiteness;
+  // Of several sensors the one that is most correlated with itself.
+  const auto lag_1 = [](const WhitenessTest& test) { return std::abs(test.autocorrelation.at(0)); };
+  const bool largest =
+      !f.whiteness || (not_white && (!f.not_white || lag_1(s.whiteness) > lag_1(*f.whiteness)));
+  if (largest && !sums.sensor.nis_alone) f.whiteness = s.whiteness;
   f.not_white = f.not_white || not_white;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate) f.gate = s.gate;
