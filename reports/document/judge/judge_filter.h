@@ -41,7 +41,9 @@ struct JudgeOptions {
   }
 };
 
-namespace internal {
+}  // namespace credence
+
+namespace credence::internal {
 
 /// The options, with the time of a step of the world where it has one and they do not.
 template <class World>
@@ -52,7 +54,9 @@ JudgeOptions timed(JudgeOptions options, const World& world) {
   return options;
 }
 
-}  // namespace internal
+}  // namespace credence::internal
+
+namespace credence {
 
 /// Judges an experiment by all of its runs. `said(run)` is asked what a filter that threw said.
 JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
