@@ -257,7 +257,7 @@ Trajectory read_truth(const std::filesystem::path& file) {
   const bool commas = line.find(',') != std::string_view::npos;
   if (!commas) {
     PoseColumns columns{.fewest = 8, .most = kAny};
-    if (!is_comment(line) && pose_fields(line, false).size() == kPositionColumns) {
+    if (!is_comment(line) && words_between(" \t", line).size() == kPositionColumns) {
       columns.fewest = columns.most = kPositionColumns;
       columns.has_orientation = false;
     }
