@@ -204,6 +204,9 @@ class MatReader {
     }
     std::size_t longest = 1;
     for (const auto& row : rows) longest = std::max(longest, row.size());
+    constexpr std::size_t kMostLetters = std::size_t{1} << 22;
+    if (rows.size() > kMostLetters / longest)
+      body.fail(fmt::format("names: {} texts, one of {} letters: too many", rows.size(), longest));
     MatArray& array = arrays_.emplace_back(MatArray{.name = std::string(kNamesOfStates), .is_read = true});
     array.dims = {rows.size(), longest};
     array.numbers.assign(rows.size() * longest, 0.0);

@@ -244,6 +244,17 @@ TEST(MatLog, StatesHaveTheNamesOfACellArrayOrOfTheRowsOfAMatrixOfCharacters) {
 TEST(MatLog, NamesMustBeOneForEachStateAndStringsAreToldHowToSave) {
   EXPECT_THAT([] { layout_with(text("car.x", 1)); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("names: 1 names for 2 states")));
+  // As an array of letters they would take the square of what the file does.
+  std::vector<matvar_t*> cells(3000);
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = text(std::string(i == 0 ? 3000 : 1, 'x'), 1);
+  cells.push_back(nullptr);
+  std::size_t many[] = {1, 3000};
+  EXPECT_THAT(
+      [&] {
+        layout_with(
+            Mat_VarCreate("names", MAT_C_CELL, MAT_T_CELL, 2, many, static_cast<void*>(cells.data()), 0));
+      },
+      ::testing::ThrowsMessage<DataError>(HasSubstr("names: 3000 texts, one of 3000 letters: too many")));
   // A string of MATLAB: its name, "MCOS", "string" and a reference come at once behind the flags.
   const auto opaque = [](const std::string& name) {
     return mat_element(6, little_word(17) + little_word(0)) + mat_element(1, name) + mat_element(1, "MCOS") +
