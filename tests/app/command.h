@@ -32,6 +32,9 @@ class CommandTest : public ::testing::Test {
  protected:
   using Json = nlohmann::json;
 
+  /// Scripts ignore it for what they start in the background, as these tests may be.
+  CommandTest() { signal(SIGINT, SIG_DFL); }
+
   /// Starts the binary with its output in files. No data set is named by the environment.
   pid_t start(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), credence_binary());
@@ -46,8 +49,6 @@ class CommandTest : public ::testing::Test {
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     unsetenv("CREDENCE_DATA");
-    // Scripts ignore it for what they start in the background, as these tests may be.
-    signal(SIGINT, SIG_DFL);
     redirect(STDOUT_FILENO, "stdout");
     redirect(STDERR_FILENO, "stderr");
     if (chdir(folder_.path().c_str()) == 0) execvp(argv.front(), argv.data());

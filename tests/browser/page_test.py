@@ -57,6 +57,9 @@ def make_pages(credence, scenarios, folder):
     return {name: folder / name / "index.html" for name in commands}
 
 
+STEP_S = 0.25  # of the world of the logs
+
+
 class Pages(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -130,9 +133,9 @@ class Pages(unittest.TestCase):
         self.browser.open(self.pages["check"])
         with open(self.folder / "check" / "logs.csv") as file:
             row = list(csv.DictReader(file))[16]
-        shown = self.hover("figure-logs-consistency", 0, 17)
+        shown = self.hover("figure-logs-consistency", 0, 17 * STEP_S)
         self.assertIsNotNone(shown)
-        self.assertIn("step 17", shown)
+        self.assertIn("time 4.25 s", shown)
         mean = next(line for line in shown.splitlines() if line.startswith("measured mean"))
         self.assertAlmostEqual(float(mean.split()[-1]), float(row["nees_mean"]), delta=2e-3 * float(row["nees_mean"]))
 
@@ -162,7 +165,7 @@ class Pages(unittest.TestCase):
         self.assertEqual(self.browser.run(state.replace("CLICK", "")), ["true", ""])
         click = state.replace("CLICK", "key.dispatchEvent(new MouseEvent('click', {bubbles: true}));")
         self.assertEqual(self.browser.run(click), ["false", "none"])
-        self.assertNotIn("measured mean", self.hover("figure-logs-consistency", 0, 17))
+        self.assertNotIn("measured mean", self.hover("figure-logs-consistency", 0, 17 * STEP_S))
         self.assertEqual(self.browser.run(click), ["true", ""])
 
     def test_a_drawn_box_is_zoomed_to_and_escape_leads_back(self):
@@ -183,7 +186,7 @@ class Pages(unittest.TestCase):
         ticks = "document.querySelectorAll('#figure-logs-consistency .new-ticks text').length"
         self.assertGreater(self.browser.run(ticks), 3)
         # The left edge of the box is now that of the axes: a quarter into 30 steps.
-        self.assertIn(f"step {round(1 + 0.25 * 29)}", self.hover_at(left + 1, start[1]))
+        self.assertIn(f"time {STEP_S * round(1 + 0.25 * 29):g} s", self.hover_at(left + 1, start[1]))
         self.browser.run("document.querySelector('#figure-logs-consistency svg').focus()")
         self.browser.key("Escape")
         self.assertEqual(self.browser.run(ticks), 0)
@@ -199,7 +202,7 @@ class Pages(unittest.TestCase):
         self.browser.run("document.querySelector('#figure-logs-consistency svg').focus()")
         self.browser.key("ArrowRight")
         self.browser.key("ArrowRight")
-        self.assertIn("step 2", self.browser.run("document.querySelector('.live').textContent"))
+        self.assertIn("time 0.5 s", self.browser.run("document.querySelector('.live').textContent"))
 
     def test_a_table_is_sorted_by_a_column(self):
         self.browser.view(1280)
