@@ -37,6 +37,8 @@ class LogSink {
   /// truth.
   virtual void charts(ChartFindings /*findings*/) {}  // NOLINT(performance-unnecessary-value-param)
   virtual void time_offset(TimeOffset /*offset*/) {}  // NOLINT(performance-unnecessary-value-param)
+  /// The truth was placed by the errors of the file themselves (TruthPlacement::by_all).
+  virtual void placed_by_errors() {}
   /// So many estimates had no truth at their time.
   virtual void unmatched(std::int64_t rows) = 0;
   /// So many bytes more of the file were read.
@@ -61,6 +63,7 @@ class ForwardingSink : public LogSink {
   void unexplained() override { next_.unexplained(); }
   void charts(ChartFindings findings) override { next_.charts(std::move(findings)); }
   void time_offset(TimeOffset offset) override { next_.time_offset(std::move(offset)); }
+  void placed_by_errors() override { next_.placed_by_errors(); }
   void unmatched(std::int64_t rows) override { next_.unmatched(rows); }
   void advance(std::int64_t bytes) override { next_.advance(bytes); }
 

@@ -11,6 +11,7 @@
 
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
+#include "datasets/logs/truth_placement.h"
 #include "montecarlo/engine/moments.h"
 
 namespace credence::internal {
@@ -21,7 +22,7 @@ constexpr double kFarthest_s = 1.0;
 /// e_k(τ) of the samples; nothing for those without a truth at their time.
 class OffsetErrors {
  public:
-  OffsetErrors(std::span<const OffsetSample> samples, const Trajectory& truth,
+  OffsetErrors(std::span<const EstimateSample> samples, const Trajectory& truth,
                const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance)
       : samples_(samples),
         truth_(truth),
@@ -60,29 +61,18 @@ class OffsetErrors {
     TrajectoryMatching shifted = matching_;
     shifted.time_offset_s = tau;
     shifted.truth_time = TruthTime::interpolated;  // e(τ) jumps between nearest ones, and stands still
-    const TruthComparison comparison(truth_, shifted, axes_, joint_covariance_, alignment(shifted, stride));
+    TruthPlacement placement;
+    placement.motion = fitted_motion(samples_, truth_, shifted, axes_, joint_covariance_, stride);
+    const TruthComparison comparison(truth_, shifted, axes_, joint_covariance_, placement);
     Step step;
     for (std::size_t i = 0; i < samples_.size(); i += stride) {
-      const OffsetSample& sample = samples_[i];
+      const EstimateSample& sample = samples_[i];
       const std::optional<UncertainPose> at = comparison.truth_at(sample.estimate.time_s);
       if (at && comparison.compare(sample.estimate, *at, sample.kept, step)) take(i, step);
     }
   }
 
-  Eigen::Isometry3d alignment(const TrajectoryMatching& shifted, std::size_t stride) const {
-    if (shifted.alignment == TruthAlignment::none) return Eigen::Isometry3d::Identity();
-    std::vector<SpatialPose> true_poses, estimates;
-    for (std::size_t i = 0; i < samples_.size(); i += stride) {
-      const auto at = truth_at(truth_, samples_[i].estimate.time_s, shifted);
-      if (!at) continue;
-      true_poses.push_back(at->pose);
-      estimates.push_back(samples_[i].estimate.pose);
-    }
-    if (true_poses.empty()) return Eigen::Isometry3d::Identity();
-    return align_truth(true_poses, estimates, shifted.alignment);
-  }
-
-  std::span<const OffsetSample> samples_;
+  std::span<const EstimateSample> samples_;
   const Trajectory& truth_;
   TrajectoryMatching matching_;
   PoseErrorAxes axes_;
@@ -176,7 +166,7 @@ std::string time_offset_text(const TimeOffset& offset) {
 
 }  // namespace
 
-TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+TimeOffset find_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
                             const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance,
                             double confidence) {
   constexpr std::size_t kStretches = 10;
@@ -222,7 +212,7 @@ TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Traject
   return offset;
 }
 
-TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+TrajectoryMatching with_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
                                     TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
                                     LogSink& sink) {
   const double named_s = matching.time_offset_s.value_or(0.0);

@@ -8,12 +8,6 @@
 
 namespace credence::internal {
 
-/// An estimate with those of its six components that are estimated.
-struct OffsetSample {
-  PoseEstimate estimate;
-  std::vector<Index> kept;
-};
-
 /// The time τ, the same for all rows, for which the truth at t + τ fits the estimates at t best:
 ///
 ///   τ̂ = argmin Σ_k e_k(τ)ᵀ P_k⁻¹ e_k(τ),  |τ| ≤ 1 s,  the truth aligned anew for every τ where it is
@@ -28,13 +22,13 @@ struct OffsetSample {
 ///
 /// Not told from a time by these errors: a constant error along the motion of a body that moves at one speed,
 /// as a wrong lever arm makes it.
-TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+TimeOffset find_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
                             const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance,
                             double confidence = 0.95);
 
 /// The matching with the time offset that it asks for, told to `sink`: an estimated one only where it has an
 /// interval.
-TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+TrajectoryMatching with_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
                                     TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
                                     LogSink& sink);
 

@@ -2,14 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <utility>
 
 #include "datasets/data_error.h"
 #include "datasets/logs/alignment.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/distance_travelled.h"
+#include "datasets/logs/truth_placement.h"
 
 namespace credence {
 
@@ -167,12 +170,12 @@ Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::
 }
 
 TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatching& matching,
-                                 PoseErrorAxes axes, bool joint_covariance, const Eigen::Isometry3d& motion)
+                                 PoseErrorAxes axes, bool joint_covariance, TruthPlacement placement)
     : truth_(truth),
       matching_(matching),
       axes_(axes),
-      motion_(motion),
-      turn_(motion.linear()),
+      placement_(std::move(placement)),
+      turn_(placement_.motion.linear()),
       layout_(layout_of(axes.orientation, truth.has_orientation, joint_covariance)),
       components_(axes.orientation == OrientationError::planar ? std::vector<Index>{0, 1, 5}
                                                                : std::vector<Index>{0, 1, 2, 3, 4, 5}) {
@@ -182,10 +185,10 @@ TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatchi
 std::optional<UncertainPose> TruthComparison::truth_at(double time_s) const {
   std::optional<UncertainPose> truth = credence::internal::truth_at(truth_, time_s, matching_);
   if (!truth) return std::nullopt;
-  truth->pose = {motion_ * truth->pose.position, turn_ * truth->pose.orientation};
+  truth->pose = {placement_.motion * truth->pose.position, turn_ * truth->pose.orientation};
   if (truth_.covariances.empty()) return truth;
   PoseCovariance turn = PoseCovariance::Zero();
-  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = motion_.linear();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = placement_.motion.linear();
   truth->covariance =
       transported(turn * truth->covariance * turn.transpose(), truth->pose, kFixedAxes, axes_);
   return truth;
@@ -205,6 +208,24 @@ bool TruthComparison::compare(const PoseEstimate& estimate, const UncertainPose&
   step.error = pose_error(estimate.pose, truth.pose, axes_)(components);
   step.P = estimate.covariance(components, components) + truth.covariance(components, components);
   return true;
+}
+
+Matrix TruthComparison::frame_jacobian(const PoseEstimate& estimate, const UncertainPose& truth,
+                                       const Step& step, const Eigen::Vector3d& centre) const {
+  std::vector<Index> components;
+  for (const Index state : step.states) components.push_back(components_[static_cast<std::size_t>(state)]);
+  return credence::internal::frame_jacobian(estimate.pose, truth.pose, centre, axes_)(components, Eigen::all);
+}
+
+bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose& truth,
+                              const Step& step) const {
+  if (placement_.alignment == TruthAlignment::none || placement_.by_all) return false;
+  const Matrix J = frame_jacobian(estimate, truth, step, placement_.centre);
+  const Matrix of_frame = J * placement_.covariance * J.transpose();
+  const double rounding = 1e-12 * step.P.trace();
+  const Matrix room =
+      TruthPlacement::kKnown * step.P - of_frame + rounding * Matrix::Identity(step.P.rows(), step.P.cols());
+  return Eigen::LLT<Matrix>(room).info() != Eigen::Success;
 }
 
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
@@ -231,36 +252,35 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
                                    LogSink* sink) {
   static constexpr std::array<Index, 6> kAll = {0, 1, 2, 3, 4, 5};
   TrajectoryErrors result;
-  std::vector<SpatialPose> true_poses, estimated;
-  std::vector<std::size_t> rows;
+  result.placement =
+      place_truth(pose_samples(estimate), truth, matching, estimate.axes, estimate.joint_covariance);
+  const TruthComparison comparison(truth, matching, estimate.axes, estimate.joint_covariance,
+                                   result.placement);
+  result.layout = comparison.layout();
+  DistanceTravelled travelled;
   for (std::size_t i = 0; i < estimate.poses.size(); ++i) {
-    const std::optional<UncertainPose> pose = truth_at(truth, estimate.time_s[i], matching);
-    if (!pose) {
+    const double time = estimate.time_s[i];
+    const std::optional<UncertainPose> at = comparison.truth_at(time);
+    if (!at) {
       ++result.unmatched;
       continue;
     }
-    true_poses.push_back(pose->pose);
-    estimated.push_back(estimate.poses[i]);
-    rows.push_back(i);
-  }
-  if (rows.empty())
-    throw no_truth(estimate.file, estimate.time_s.front(), estimate.time_s.back(), truth, matching);
-  const TruthComparison comparison(truth, matching, estimate.axes, estimate.joint_covariance,
-                                   align_truth(true_poses, estimated, matching.alignment));
-  result.layout = comparison.layout();
-  DistanceTravelled travelled;
-  for (const std::size_t i : rows) {
-    Step step;
-    step.step = std::ssize(result.rows) + 1;
-    const double time = estimate.time_s[i];
     const PoseEstimate row{time, estimate.lines[i], estimate.poses[i], estimate.covariances[i]};
-    const UncertainPose at = *comparison.truth_at(time);
-    comparison.compare(row, at, kAll, step);
+    const double travelled_m = travelled.at(at->pose.position);
+    Step step;
+    comparison.compare(row, *at, kAll, step);
+    if (comparison.used_up(row, *at, step)) {
+      ++result.used_up;
+      continue;
+    }
+    step.step = std::ssize(result.rows) + 1;
     result.rows.push_back(std::move(step));
     result.time_s.push_back(time);
-    result.travelled_m.push_back(travelled.at(at.pose.position));
-    if (conventions != nullptr && truth.has_orientation) conventions->add(row, at);
+    result.travelled_m.push_back(travelled_m);
+    if (conventions != nullptr && truth.has_orientation) conventions->add(row, *at);
   }
+  if (result.unmatched == std::ssize(estimate.poses))
+    throw no_truth(estimate.file, estimate.time_s.front(), estimate.time_s.back(), truth, matching);
   if (conventions != nullptr && sink != nullptr) conventions->tell(comparison, *sink);
   return result;
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/nan.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 #include "datasets/data_error.h"
@@ -73,7 +74,7 @@ std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
                                       const TrajectoryMatching& matching);
 
 /// The motion that takes the points of the truth to those of the estimate with the least squared error
-/// ([Umeyama 1991] without scale; heading alone: align_rigidly).
+/// ([Umeyama 1991] without scale; heading alone: align_rigidly), whatever P says of them.
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,
                               TruthAlignment alignment);
 
@@ -85,15 +86,33 @@ struct PoseEstimate {
   PoseCovariance covariance = PoseCovariance::Zero();
 };
 
+/// An estimate with those of its six components that are estimated.
+struct EstimateSample {
+  PoseEstimate estimate;
+  std::vector<Index> kept;
+};
+
+/// Where the frame of the truth was put.
+struct TruthPlacement {
+  static constexpr double kKnown = 0.02;  ///< the largest share of a variance that the frame may have
+
+  TruthAlignment alignment = TruthAlignment::none;
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();  ///< of the truth
+  bool by_all = false;   ///< by the errors of all rows, of which it takes an unknown part; else by one pose
+  double time_s = kNaN;  ///< of that pose
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< that the frame turns about
+  PoseCovariance covariance = PoseCovariance::Zero();  ///< of the frame as that pose knows it
+};
+
 /// Compares estimates, one after another, with a truth, whose own covariance is added to theirs.
 ///
 /// The states are position.x … z and orientation.x … z (rpy: roll, pitch, yaw), planar vehicle.x, vehicle.y
 /// and vehicle.heading; without those of the orientation where the truth has none.
 class TruthComparison {
  public:
-  /// The truth must outlive this. `motion` moves it first.
+  /// The truth must outlive this. It is put where `placement` says first.
   TruthComparison(const Trajectory& truth, const TrajectoryMatching& matching, PoseErrorAxes axes,
-                  bool joint_covariance, const Eigen::Isometry3d& motion = Eigen::Isometry3d::Identity());
+                  bool joint_covariance, TruthPlacement placement = {});
 
   const RunLayout& layout() const { return layout_; }
 
@@ -105,11 +124,19 @@ class TruthComparison {
   bool compare(const PoseEstimate& estimate, const UncertainPose& truth, std::span<const Index> kept,
                Step& step) const;
 
+  /// Whether P of this row, which compare() has written, is not much larger than what the frame of the truth
+  /// is known to: its error was used to place the truth.
+  bool used_up(const PoseEstimate& estimate, const UncertainPose& truth, const Step& step) const;
+
+  /// The derivative of the error of this row by motions of the truth's frame about `centre`.
+  Matrix frame_jacobian(const PoseEstimate& estimate, const UncertainPose& truth, const Step& step,
+                        const Eigen::Vector3d& centre) const;
+
  private:
   const Trajectory& truth_;
   TrajectoryMatching matching_;
   PoseErrorAxes axes_;
-  Eigen::Isometry3d motion_;
+  TruthPlacement placement_;
   Eigen::Quaterniond turn_;
   RunLayout layout_;
   std::vector<Index> components_;  ///< of the six, the states of the layout
@@ -126,12 +153,15 @@ struct TrajectoryErrors {
   std::vector<double> time_s;       ///< of each row, of the estimate
   std::vector<double> travelled_m;  ///< by the truth, up to each row
   std::int64_t unmatched = 0;       ///< estimates without a truth at their time
+  std::int64_t used_up = 0;         ///< rows left out, as they placed the truth
+  TruthPlacement placement;
 };
 
 class ConventionCheck;
 
-/// x̂ − x in the axes of the estimate's covariance. Throws DataError when no estimate has a truth at its time.
-/// conventions: is shown every row, and tells what it finds to `sink`.
+/// x̂ − x in the axes of the estimate's covariance, the truth placed where it is aligned (place_truth). Throws
+/// DataError when no estimate has a truth at its time. conventions: is shown every row, and tells what it
+/// finds to `sink`.
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
                                    const TrajectoryMatching& matching, ConventionCheck* conventions = nullptr,
                                    LogSink* sink = nullptr);

@@ -10,11 +10,11 @@
 
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/conventions/pose_error.h"
-#include "datasets/logs/conventions/thinned.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/pose_columns.h"
 #include "datasets/logs/time_offset.h"
+#include "datasets/logs/truth_placement.h"
 
 namespace credence::internal {
 namespace {
@@ -58,18 +58,6 @@ PoseChart chart_of(const LogReadOptions& options, TrajectoryFormat format) {
   return *options.chart;
 }
 
-/// At most 4096 of the rows.
-std::vector<OffsetSample> offset_samples(const Trajectory& estimate) {
-  std::vector<OffsetSample> samples;
-  std::size_t stride = 1, seen = 0;
-  for (std::size_t i = 0; i < estimate.poses.size(); ++i) {
-    if (!keep_thinned(samples, stride, seen)) continue;
-    samples.push_back({{estimate.time_s[i], estimate.lines[i], estimate.poses[i], estimate.covariances[i]},
-                       {0, 1, 2, 3, 4, 5}});
-  }
-  return samples;
-}
-
 /// Moves the estimate to the point on its body whose positions the truth is.
 void move_to_point(const SpatialPose& arm, TrajectoryFormat format, Trajectory& estimate) {
   if (!estimate.joint_covariance) {
@@ -101,11 +89,12 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   const std::shared_ptr<const Trajectory> truth = options.truth.of(file);
   if (options.matching.lever_arm && !truth->has_orientation)
     move_to_point(*options.matching.lever_arm, format, estimate);
-  const TrajectoryMatching matching = with_time_offset(offset_samples(estimate), *truth, options.matching,
+  const TrajectoryMatching matching = with_time_offset(pose_samples(estimate), *truth, options.matching,
                                                        estimate.axes, estimate.joint_covariance, sink);
   ConventionCheck conventions(chart, options.chart.has_value());
   const TrajectoryErrors errors =
       trajectory_errors(estimate, *truth, matching, takes_charts(format) ? &conventions : nullptr, &sink);
+  tell_placement(errors.placement, errors.used_up, sink);
   sink.begin_run(errors.layout);
   for (std::size_t i = 0; i < errors.rows.size(); ++i) {
     sink.travelled(errors.travelled_m[i]);

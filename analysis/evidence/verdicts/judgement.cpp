@@ -257,6 +257,38 @@ Word word_of(const Evidence& e, const Judgement& j) {
   return word;
 }
 
+/// Of a truth that was placed by these errors, at the place of the least sum of NEES, only one thing is
+/// known: that their mean NEES is no larger than at the right one.
+void judge_placed(Judgement& j) {
+  const double alpha = 1.0 - j.confidence;
+  double p = j.nees.overall_p_value;
+  if (j.single && !std::isnan(j.single->time_average.p_value)) {
+    const double stretches = j.single->time_average.p_value;
+    p = std::isnan(p) ? stretches : std::min(1.0, 2.0 * std::min(p, stretches));
+  }
+  const bool optimistic = j.nees.mean > j.nees.expected && p <= alpha;
+  const std::string open = "the truth was placed by these errors, which may be what makes them deviate";
+  const auto leave = [&](ConsistencyVerdict& v) {
+    if (!is_inconsistent(v.verdict)) return;
+    v.verdict = Verdict::undecided;
+    v.reason = open;
+  };
+  for (BlockVerdict& block : j.blocks) leave(block.verdict);
+  if (j.vehicle_nees) leave(*j.vehicle_nees);
+  if (optimistic) {
+    j.nees.verdict = j.word.verdict = Verdict::optimistic;
+    j.nees.decided_by_steps = false;
+    j.word.says = "optimistic in the mean NEES, wherever the truth lies";
+  } else {
+    leave(j.nees);
+    if (j.word.verdict != Verdict::consistent) j.word.verdict = Verdict::undecided;
+    j.word.says.clear();
+    if (j.word.verdict == Verdict::undecided && j.nees.reason.empty()) j.nees.reason = open;
+  }
+  j.word.p_value = j.nees.mean > j.nees.expected ? p : 1.0;
+  j.word.joined.clear();
+}
+
 }  // namespace
 
 Judgement judge(const Evidence& e, const JudgementContext& context) {
@@ -289,13 +321,14 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
     j.word = word_of(e, j);
   }
-  if (!is_inconsistent(j.word.verdict)) {
+  if (context.placed_by_errors) judge_placed(j);
+  if (!is_inconsistent(j.word.verdict) || context.placed_by_errors) {
     j.responsible = {};
     j.lost = {};
   }
   if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
   j.tests = list_tests(e, j);
-  j.causes = find_causes(findings_of(e, j));
+  if (!context.placed_by_errors) j.causes = find_causes(findings_of(e, j));
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;
 }

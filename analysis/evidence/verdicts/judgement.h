@@ -108,6 +108,9 @@ struct JudgementContext {
   double confidence = 0.95;
   bool sensitivity = false;  ///< also judge without gross outliers
   double margin = 0.1;       ///< what counts as consistent: the factor on P between 1/(1 + this) and 1 + this
+  /// The place of the truth was fitted to these errors, which it makes smaller than they were by an unknown
+  /// part.
+  bool placed_by_errors = false;
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;
   std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known

@@ -112,6 +112,13 @@ PoseCovariance pose_error_jacobian(const SpatialPose& estimate, const SpatialPos
   return D;
 }
 
+PoseCovariance frame_jacobian(const SpatialPose& estimate, const SpatialPose& truth,
+                              const Eigen::Vector3d& centre, PoseErrorAxes axes) {
+  // Exp(w) x = x Exp(Ad(x⁻¹) w).
+  const SpatialPose about{truth.position - centre, truth.orientation};
+  return pose_error_jacobian(estimate, truth, axes) * group_element(inverse(about)).adjoint();
+}
+
 PoseCovariance error_change(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes from,
                             PoseErrorAxes to) {
   // J = D_to D_from⁻¹.

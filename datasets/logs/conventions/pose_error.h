@@ -26,6 +26,11 @@ PoseError pose_error(const SpatialPose& estimate, const SpatialPose& truth, Pose
 /// Singular for a pitch of ±90° in rpy.
 PoseCovariance pose_error_jacobian(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes axes);
 
+/// D of pose_error(x̂, x') = pose_error(x̂, x) + D w to first order in w, x' the truth x moved with its frame
+/// by Exp(w) on SE(3) about the point `centre` of the world.
+PoseCovariance frame_jacobian(const SpatialPose& estimate, const SpatialPose& truth,
+                              const Eigen::Vector3d& centre, PoseErrorAxes axes);
+
 /// J of e' = e'_0 + J (e − e_0), where e and e' are the errors of the same two poses in the axes `from` and
 /// `to`: the adjoint and the Jacobians of SE(3) at the error ([Sola 2018], section 4). The estimate is held.
 PoseCovariance error_change(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes from,

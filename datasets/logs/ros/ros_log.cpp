@@ -22,6 +22,7 @@
 #include "datasets/logs/ros/ros_messages.h"
 #include "datasets/logs/symmetry.h"
 #include "datasets/logs/time_offset.h"
+#include "datasets/logs/truth_placement.h"
 
 namespace credence::internal {
 namespace {
@@ -198,8 +199,10 @@ class RosLog {
     if (options_.truth_topic.empty() && options_.truth.empty()) return look_at_covariance();
     const Trajectory truth = options_.truth.empty() ? topic_truth() : *options_.truth.of(file_);
     to_point_ = options_.matching.lever_arm && !truth.has_orientation;
-    matching_ = with_time_offset(offset_samples(), truth, matching_, chart().axes, true, sink_);
-    const TruthComparison comparison(truth, matching_, chart().axes, true, alignment(truth));
+    const std::vector<EstimateSample> samples = pose_samples();
+    matching_ = with_time_offset(samples, truth, matching_, chart().axes, true, sink_);
+    placement_ = place_truth(samples, truth, matching_, chart().axes, true);
+    const TruthComparison comparison(truth, matching_, chart().axes, true, placement_);
     compare(truth, comparison);
   }
 
@@ -307,8 +310,8 @@ class RosLog {
 
   /// What a message says, the components that are estimated, and all of it at the truth's point where that
   /// has no orientation (--lever-arm).
-  OffsetSample sample(const RosPose& pose, std::int64_t number, CovarianceSentinels& sentinels) const {
-    OffsetSample result{{pose.time_s, number, pose.pose, chart().position_first(*pose.covariance)}, {}};
+  EstimateSample sample(const RosPose& pose, std::int64_t number, CovarianceSentinels& sentinels) const {
+    EstimateSample result{{pose.time_s, number, pose.pose, chart().position_first(*pose.covariance)}, {}};
     PoseEstimate& estimate = result.estimate;
     result.kept = sentinels.kept(estimate.covariance, pose.pose);
     if (!to_point_) return result;
@@ -319,10 +322,10 @@ class RosLog {
     return result;
   }
 
-  /// For the time offset, if one is asked for; at most 4096.
-  std::vector<OffsetSample> offset_samples() const {
-    std::vector<OffsetSample> samples;
-    if (!matching_.find_time_offset) return samples;
+  /// For the time offset and the place of the truth, if they are asked for; at most 4096.
+  std::vector<EstimateSample> pose_samples() const {
+    std::vector<EstimateSample> samples;
+    if (!matching_.find_time_offset && matching_.alignment == TruthAlignment::none) return samples;
     CovarianceSentinels sentinels;
     std::size_t stride = 1, seen = 0;
     read_estimates([&](const RosPose& pose, std::int64_t number) {
@@ -331,24 +334,10 @@ class RosLog {
     return samples;
   }
 
-  Eigen::Isometry3d alignment(const Trajectory& truth) const {
-    if (matching_.alignment == TruthAlignment::none) return Eigen::Isometry3d::Identity();
-    std::vector<SpatialPose> true_poses, estimates;
-    CovarianceSentinels sentinels;
-    read_estimates([&](const RosPose& pose, std::int64_t number) {
-      const auto found = truth_at(truth, pose.time_s, matching_);
-      if (!found) return;
-      true_poses.push_back(found->pose);
-      estimates.push_back(sample(pose, number, sentinels).estimate.pose);
-    });
-    if (true_poses.empty()) return Eigen::Isometry3d::Identity();
-    return align_truth(true_poses, estimates, matching_.alignment);
-  }
-
   void compare(const Trajectory& truth, const TruthComparison& comparison) {
     CovarianceSentinels sentinels;
     ConventionCheck conventions(chart(), options_.chart.has_value());
-    std::int64_t steps = 0, unmatched = 0, without = 0;
+    std::int64_t steps = 0, unmatched = 0, without = 0, used_up = 0;
     bool turn_known = true;
     DistanceTravelled travelled;
     sink_.begin_run(comparison.layout());
@@ -365,6 +354,10 @@ class RosLog {
         ++without;
         return;
       }
+      if (comparison.used_up(estimate, *at, step)) {
+        ++used_up;
+        return;
+      }
       constexpr double kLargestAsymmetry = 1e-6;
       step.problem = is_symmetric(estimate.covariance(kept, kept), kLargestAsymmetry)
                          ? ""
@@ -378,10 +371,11 @@ class RosLog {
         conventions.add(estimate, *at);
       }
     });
-    if (steps == 0 && without == 0) {
+    if (steps == 0 && without == 0 && used_up == 0) {
       throw no_truth(file_, stream.first_s(), stream.last_s(), truth, matching_);
     }
     sink_.unmatched(unmatched);
+    tell_placement(placement_, used_up, sink_);
     if (steps == 0 && !truth.covariances.empty()) {
       sink_.remark(
           fmt::format("{} has no covariance in any row, the truth has one: are estimate and truth swapped?",
@@ -453,6 +447,7 @@ class RosLog {
   const LogReadOptions& options_;
   LogSink& sink_;
   TrajectoryMatching matching_;
+  TruthPlacement placement_;
   bool to_point_ = false;  ///< the truth is a point on the body, beside its frame
   TopicChoice truth_choice_;
   TopicsSeen topics_;

@@ -26,6 +26,7 @@ class RecordedSink final : public LogSink {
     runs.back().failures.emplace_back(outcome, step);
   }
   void remark(std::string sentence) override { remarks.push_back(std::move(sentence)); }
+  void placed_by_errors() override { placed = true; }
   void unmatched(std::int64_t rows) override { unmatched_rows += rows; }
   void advance(std::int64_t) override {}
 
@@ -39,6 +40,7 @@ class RecordedSink final : public LogSink {
   std::vector<Run> runs;
   std::vector<std::string> remarks;
   std::int64_t unmatched_rows = 0;
+  bool placed = false;
 };
 
 }  // namespace credence::internal::testing

@@ -23,7 +23,7 @@ SpatialPose course(double t) {
 }
 
 struct OffsetLog {
-  std::vector<OffsetSample> samples;
+  std::vector<EstimateSample> samples;
   Trajectory truth;
 };
 

@@ -77,7 +77,9 @@ TEST(TrajectoryErrors, TheMotionTurnsTheCovarianceOfTheTruthToo) {
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
   motion.linear() = yawed(kQuarterTurn).toRotationMatrix();
   motion.translation() = Vector3(0, 0, 7);
-  const TruthComparison world(truth, {}, kFixedAxes, true, motion), body(truth, {}, {}, true, motion);
+  TruthPlacement placement;
+  placement.motion = motion;
+  const TruthComparison world(truth, {}, kFixedAxes, true, placement), body(truth, {}, {}, true, placement);
   const UncertainPose moved = world.truth_at(0.0).value();
   EXPECT_LT((moved.pose.position - Vector3(0, 1, 7)).norm(), 1e-15);
   EXPECT_LT((moved.covariance - diagonal_of({2, 1, 3, 5, 4, 6})).norm(), 1e-14);
