@@ -92,7 +92,7 @@ TEST(Judgement, OfATruthPlacedByTheErrorsOnlyALargeMeanIsEvidence) {
     row.error *= row.step == 3 ? 2.0 : 0.9;
   });
   EXPECT_EQ(judge(small).word.verdict, Verdict::pessimistic);
-  EXPECT_EQ(judge(at_a_step).word.verdict, Verdict::optimistic);
+  EXPECT_EQ(judge(at_a_step).word.verdict, Verdict::mixed);
   for (const Evidence* e : {&small, &at_a_step}) {
     const Judgement j = judge(*e, placed);
     EXPECT_EQ(j.word.verdict, Verdict::undecided);
