@@ -88,9 +88,8 @@ Evidence logs_of(int runs, std::int64_t steps, double memory, double scale,
 TEST(Judgement, OfATruthPlacedByTheErrorsOnlyALargeMeanIsEvidence) {
   const JudgementContext placed{.placed_by_errors = true};
   const Evidence small = logs_of(30, 20, 0.8, 0.7), large = logs_of(30, 20, 0.8, 1.5);
-  const Evidence at_a_step = logs_of(30, 20, 0.0, 1.0, [](Step& row, int) {
-    row.error *= row.step == 3 ? 2.0 : 0.9;
-  });
+  const Evidence at_a_step =
+      logs_of(30, 20, 0.0, 1.0, [](Step& row, int) { row.error *= row.step == 3 ? 2.0 : 0.9; });
   EXPECT_EQ(judge(small).word.verdict, Verdict::pessimistic);
   EXPECT_EQ(judge(at_a_step).word.verdict, Verdict::mixed);
   for (const Evidence* e : {&small, &at_a_step}) {
