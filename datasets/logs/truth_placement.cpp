@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
@@ -45,7 +44,7 @@ struct ScaledSpectrum {
   Eigen::SelfAdjointEigenSolver<Matrix> spectrum{};
 };
 
-/// A sample and its P⁻¹.
+/// A sample and its P⁻¹, on what it gives a variance.
 struct WeightedRow {
   EstimateSample sample;
   Matrix weight;
@@ -175,9 +174,8 @@ class PlacementFit {
         const auto row = static_cast<Index>(p);
         P(row, row) += kRounding * sum(steps[i].states[p], steps[i].states[p]) / count;
       }
-      const Eigen::LLT<Matrix> factor(P);
-      if (factor.info() != Eigen::Success) continue;
-      rows_[i].weight = factor.solve(Matrix::Identity(P.rows(), P.cols()));
+      if (!(P.diagonal().maxCoeff() > 0.0)) continue;
+      rows_[i].weight = ScaledSpectrum(P).inverse();  // none for states that P gives no variance in any row
       kept.push_back(std::move(rows_[i]));
     }
     rows_ = std::move(kept);

@@ -140,6 +140,18 @@ TEST(TruthPlacement, WithoutSuchAPoseAllErrorsPlaceIt) {
   }
 }
 
+// As of a filter of positions alone, whose poses have no variance of orientation in any row.
+TEST(TruthPlacement, StatesWithoutAnyVarianceDoNotPlaceIt) {
+  Odometry log(5, 80, 0.01);
+  log.turn_truth(far_away(false));
+  for (PoseCovariance& P : log.estimate.covariances) {
+    P.bottomRows<3>().setZero();
+    P.rightCols<3>().setZero();
+  }
+  EXPECT_LT((log.placed(TruthAlignment::yaw).motion.matrix() - far_away(false).inverse().matrix()).norm(),
+            1.0);
+}
+
 TEST(TruthPlacement, FindsTheMotionOfEveryKind) {
   Odometry exact(1, 30, 0.05);
   exact.estimate.poses = exact.truth.poses;
