@@ -252,8 +252,8 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
                                    LogSink* sink) {
   static constexpr std::array<Index, 6> kAll = {0, 1, 2, 3, 4, 5};
   TrajectoryErrors result;
-  result.placement =
-      place_truth(pose_samples(estimate), truth, matching, estimate.axes, estimate.joint_covariance);
+  result.placement = place_truth(pose_samples(estimate, matching), truth, matching, estimate.axes,
+                                 estimate.joint_covariance);
   const TruthComparison comparison(truth, matching, estimate.axes, estimate.joint_covariance,
                                    result.placement);
   result.layout = comparison.layout();

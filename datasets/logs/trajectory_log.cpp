@@ -89,8 +89,9 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   const std::shared_ptr<const Trajectory> truth = options.truth.of(file);
   if (options.matching.lever_arm && !truth->has_orientation)
     move_to_point(*options.matching.lever_arm, format, estimate);
-  const TrajectoryMatching matching = with_time_offset(pose_samples(estimate), *truth, options.matching,
-                                                       estimate.axes, estimate.joint_covariance, sink);
+  const TrajectoryMatching matching =
+      with_time_offset(pose_samples(estimate, options.matching), *truth, options.matching, estimate.axes,
+                       estimate.joint_covariance, sink);
   ConventionCheck conventions(chart, options.chart.has_value());
   const TrajectoryErrors errors =
       trajectory_errors(estimate, *truth, matching, takes_charts(format) ? &conventions : nullptr, &sink);

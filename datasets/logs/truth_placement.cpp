@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "core/linear_algebra/psd_root.h"
 #include "core/manifold/sek3.h"
 #include "datasets/logs/conventions/thinned.h"
 
@@ -24,25 +25,11 @@ std::vector<Index> free_directions(TruthAlignment alignment) {
   return {};
 }
 
-/// A symmetric matrix as D V diag(λ) Vᵀ D, D the roots of its diagonal, as its units differ.
-struct ScaledSpectrum {
-  explicit ScaledSpectrum(const Matrix& A) : scale(A.diagonal().cwiseMax(0.0).cwiseSqrt()) {
-    for (double& s : scale) s = s > 0.0 ? s : 1.0;
-    spectrum.compute(scale.cwiseInverse().asDiagonal() * A * scale.cwiseInverse().asDiagonal());
-  }
-  double least() const { return spectrum.eigenvalues()[0]; }
-  /// A⁻¹, where it is singular its inverse on what it is not singular on.
-  Matrix inverse() const {
-    constexpr double kSingular = 1e-13;
-    Vector inverse = spectrum.eigenvalues();
-    for (double& value : inverse) value = value > kSingular ? 1.0 / value : 0.0;
-    const Matrix V = scale.cwiseInverse().asDiagonal() * spectrum.eigenvectors();
-    return V * inverse.asDiagonal() * V.transpose();
-  }
-
-  Vector scale;
-  Eigen::SelfAdjointEigenSolver<Matrix> spectrum{};
-};
+/// A⁻¹ on the directions in which A is not singular.
+Matrix inverse_where_regular(const Matrix& A) {
+  const Matrix W = psd_whitening(A);
+  return W.transpose() * W;
+}
 
 /// A sample and its P⁻¹, on what it gives a variance.
 struct WeightedRow {
@@ -54,7 +41,7 @@ struct WeightedRow {
 struct RowFit {
   Vector error;
   Matrix J;             ///< by the free directions
-  Matrix of_positions;  ///< J of the components that are positions
+  Index positions = 0;  ///< components that are positions, which come first
   Matrix information;   ///< Jᵀ W J
 };
 
@@ -86,9 +73,9 @@ class PlacementFit {
       const UncertainPose at = *comparison.truth_at(row.sample.estimate.time_s);
       comparison.compare(row.sample.estimate, at, row.sample.kept, step);
       const Matrix J = comparison.frame_jacobian(row.sample.estimate, at, step, centre_)(Eigen::all, free_);
-      Index positions = 0;  // which come first
-      for (const Index state : step.states) positions += state < positions_ ? 1 : 0;
-      take(row, RowFit{step.error, J, J.topRows(positions), J.transpose() * row.weight * J});
+      const auto positions =
+          std::ranges::count_if(step.states, [&](Index state) { return state < positions_; });
+      take(row, RowFit{step.error, J, positions, J.transpose() * row.weight * J});
     }
   }
 
@@ -100,7 +87,7 @@ class PlacementFit {
     Vector b;
     double sum = normal_equations(rows, motion, A, b);
     for (int i = 0; i < kSteps; ++i) {
-      Vector step = -(ScaledSpectrum(A).inverse() * b);
+      Vector step = -(inverse_where_regular(A) * b);
       const double expected = -b.dot(step);
       bool fell = false;
       for (int h = 0; h < kHalvings && !fell; ++h, step *= 0.5) {
@@ -151,15 +138,12 @@ class PlacementFit {
     const TruthComparison comparison(truth_, matching_, axes_, joint_covariance_);
     positions_ = axes_.orientation == OrientationError::planar ? 2 : 3;
     std::vector<Step> steps;
-    Matrix sum = Matrix::Zero(std::ssize(comparison.layout().states), std::ssize(comparison.layout().states));
+    Vector sum = Vector::Zero(std::ssize(comparison.layout().states));  // of the variances
     for (std::size_t i = 0; i < samples.size(); i += stride) {
       const auto at = comparison.truth_at(samples[i].estimate.time_s);
       Step step;
       if (!at || !comparison.compare(samples[i].estimate, *at, samples[i].kept, step)) continue;
-      for (std::size_t p = 0; p < step.states.size(); ++p) {
-        const auto row = static_cast<Index>(p);
-        sum(step.states[p], step.states[p]) += step.P(row, row);
-      }
+      sum(step.states) += step.P.diagonal();
       centre_ += samples[i].estimate.pose.position;
       rows_.push_back({samples[i], {}});
       steps.push_back(std::move(step));
@@ -170,12 +154,9 @@ class PlacementFit {
     std::vector<WeightedRow> kept;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       Matrix P = steps[i].P;
-      for (std::size_t p = 0; p < steps[i].states.size(); ++p) {
-        const auto row = static_cast<Index>(p);
-        P(row, row) += kRounding * sum(steps[i].states[p], steps[i].states[p]) / count;
-      }
+      P.diagonal() += kRounding / count * sum(steps[i].states);
       if (!(P.diagonal().maxCoeff() > 0.0)) continue;
-      rows_[i].weight = ScaledSpectrum(P).inverse();  // none for states that P gives no variance in any row
+      rows_[i].weight = inverse_where_regular(P);
       kept.push_back(std::move(rows_[i]));
     }
     rows_ = std::move(kept);
@@ -223,15 +204,16 @@ std::optional<std::size_t> best_anchor(const PlacementFit& fit, const Eigen::Iso
   Matrix spread = Matrix::Zero(std::ssize(fit.free()), std::ssize(fit.free()));
   std::vector<Matrix> information;
   fit.each(fit.rows(), motion, [&](const WeightedRow&, const RowFit& row) {
-    spread += row.of_positions.transpose() * row.of_positions;
+    const auto of_positions = row.J.topRows(row.positions);
+    spread += of_positions.transpose() * of_positions;
     information.push_back(row.information);
   });
   std::optional<std::size_t> best;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < information.size(); ++i) {
-    const ScaledSpectrum spectrum(information[i]);
-    if (!(spectrum.least() > kDetermined)) continue;
-    const Matrix C = spectrum.inverse();
+    const Matrix W = psd_whitening(information[i], kDetermined);
+    if (W.rows() < W.cols()) continue;
+    const Matrix C = W.transpose() * W;
     const double moves = (C * spread).trace();
     if (!(moves < least)) continue;
     least = moves;
@@ -243,7 +225,12 @@ std::optional<std::size_t> best_anchor(const PlacementFit& fit, const Eigen::Iso
 
 }  // namespace
 
-std::vector<EstimateSample> pose_samples(const Trajectory& estimate) {
+bool is_fitted(const TrajectoryMatching& matching) {
+  return matching.find_time_offset || matching.alignment != TruthAlignment::none;
+}
+
+std::vector<EstimateSample> pose_samples(const Trajectory& estimate, const TrajectoryMatching& matching) {
+  if (!is_fitted(matching)) return {};
   std::vector<EstimateSample> samples;
   std::size_t stride = 1, seen = 0;
   for (std::size_t i = 0; i < estimate.poses.size(); ++i) {

@@ -20,8 +20,11 @@
 
 namespace credence::internal {
 
-/// At most 4096 poses of a trajectory, evenly spread.
-std::vector<EstimateSample> pose_samples(const Trajectory& estimate);
+/// Whether the time or the place of the truth is fitted to the estimates, for which samples are needed.
+bool is_fitted(const TrajectoryMatching& matching);
+
+/// At most 4096 poses of a trajectory, evenly spread; none where nothing is fitted.
+std::vector<EstimateSample> pose_samples(const Trajectory& estimate, const TrajectoryMatching& matching);
 
 /// The motion of the truth, of the kind of `matching`, for which Σ e_kᵀ P_k⁻¹ e_k over every stride-th sample
 /// is least (Gauss-Newton). The identity without alignment, or where no sample has a truth.

@@ -325,7 +325,7 @@ class RosLog {
   /// For the time offset and the place of the truth, if they are asked for; at most 4096.
   std::vector<EstimateSample> pose_samples() const {
     std::vector<EstimateSample> samples;
-    if (!matching_.find_time_offset && matching_.alignment == TruthAlignment::none) return samples;
+    if (!is_fitted(matching_)) return samples;
     CovarianceSentinels sentinels;
     std::size_t stride = 1, seen = 0;
     read_estimates([&](const RosPose& pose, std::int64_t number) {

@@ -53,7 +53,8 @@ struct Odometry {
       pose = {by * pose.position, Eigen::Quaterniond(by.linear()) * pose.orientation};
   }
   TruthPlacement placed(TruthAlignment alignment) const {
-    return place_truth(pose_samples(estimate), truth, {.alignment = alignment}, estimate.axes, true);
+    const TrajectoryMatching matching{.alignment = alignment};
+    return place_truth(pose_samples(estimate, matching), truth, matching, estimate.axes, true);
   }
 
   Trajectory estimate, truth;
@@ -77,7 +78,7 @@ double sum_of_nees(const Odometry& log, const Eigen::Isometry3d& motion) {
   const TruthComparison comparison(log.truth, {}, log.estimate.axes, true, placement);
   double sum = 0.0;
   Step step;
-  for (const EstimateSample& sample : pose_samples(log.estimate)) {
+  for (const EstimateSample& sample : pose_samples(log.estimate, {.alignment = TruthAlignment::se3})) {
     comparison.compare(sample.estimate, *comparison.truth_at(sample.estimate.time_s), sample.kept, step);
     sum += step.error.dot(step.P.llt().solve(step.error));
   }
@@ -90,7 +91,7 @@ TEST(TruthPlacement, NoMotionNearTheFittedOneHasASmallerSumOfNees) {
     log.turn_truth(far_away(tilted));
     const TrajectoryMatching matching{.alignment = tilted ? TruthAlignment::se3 : TruthAlignment::yaw};
     const Eigen::Isometry3d best =
-        fitted_motion(pose_samples(log.estimate), log.truth, matching, kFixedAxes, true);
+        fitted_motion(pose_samples(log.estimate, matching), log.truth, matching, kFixedAxes, true);
     const double least = sum_of_nees(log, best);
     EXPECT_LE(least, sum_of_nees(log, far_away(tilted).inverse())) << "the right place";
     for (int axis = 0; axis < 3; ++axis) {
