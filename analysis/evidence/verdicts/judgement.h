@@ -37,7 +37,7 @@ namespace credence::internal {
 enum class Exactness {
   exact,         ///< equal
   approximate,   ///< nearly equal: a limit law, or matched cumulants
-  conservative,  ///< at most, by proof
+  conservative,  ///< at most: by proof or, of averages of whole runs, to the precision of run_mean.h
 };
 
 /// "exact", "approximate" or "conservative".

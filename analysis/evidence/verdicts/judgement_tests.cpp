@@ -67,7 +67,7 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;
   tests.push_back(
-      reasoned_test("second moments of the errors", Exactness::approximate, second.reason,
+      reasoned_test("second moments of the errors", Exactness::conservative, second.reason,
                     std::min(second.p_value.optimistic, second.p_value.pessimistic),
                     fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", second.worst.mean,
                                 second.worst.lower, second.worst.upper, law.second_moments.worst)));
