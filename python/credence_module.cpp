@@ -22,6 +22,7 @@
 
 #include "core/control_characters.h"
 #include "core/stop_point.h"
+#include "core/utf8.h"
 #include "core/version.h"
 #include "datasets/arrays/array_evidence.h"
 #include "datasets/arrays/array_mistakes.h"
@@ -37,7 +38,6 @@
 #include "reports/document/logs/check_logs.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/text_page.h"
-#include "reports/render/utf8_text.h"
 #include "reports/render/write_document.h"
 
 /// @file

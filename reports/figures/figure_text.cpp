@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "core/utf8.h"
 #include "reports/figures/canvas.h"
 #include "reports/render/utf8_text.h"
 

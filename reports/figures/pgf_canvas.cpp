@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "core/utf8.h"
 #include "reports/figures/figure_text.h"
 #include "reports/render/utf8_text.h"
 

@@ -6,10 +6,10 @@
 #include <array>
 #include <utility>
 
+#include "core/utf8.h"
+
 namespace credence::internal {
 namespace {
-
-constexpr char32_t kReplacement = 0xFFFD;
 
 struct CodeRange {
   char32_t first, last;
@@ -43,45 +43,6 @@ constexpr std::array<CodeRange, 8> kHidden{{{0x200B, 0x200F},
 constexpr std::array<CodeRange, 3> kControl{{{0x00, 0x1F}, {0x7F, 0x9F}, {0x2028, 0x2029}}};
 
 }  // namespace
-
-char32_t next_code_point(std::string_view text, std::size_t& position) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned lead = byte(position++);
-  if (lead < 0x80) return lead;
-  const unsigned length = lead >= 0xF0 && lead < 0xF8 ? 3 : lead >= 0xE0 ? 2 : 1;
-  if (lead < 0xC2 || lead >= 0xF5 || position + length > text.size()) return kReplacement;
-  char32_t code_point = lead & (0x3Fu >> length);
-  for (unsigned i = 0; i < length; ++i) {
-    const unsigned next = byte(position + i);
-    if ((next & 0xC0u) != 0x80u) return kReplacement;
-    code_point = (code_point << 6) | (next & 0x3Fu);
-  }
-  // Overlong forms and surrogates are not UTF-8.
-  constexpr std::array<char32_t, 4> kSmallest{0, 0x80, 0x800, 0x10000};
-  const bool surrogate = code_point >= 0xD800 && code_point <= 0xDFFF;
-  if (code_point < kSmallest[length] || surrogate || code_point > 0x10FFFF) return kReplacement;
-  position += length;
-  return code_point;
-}
-
-void append_utf8(std::string& out, char32_t c) {
-  const auto put = [&out](char32_t bits) { out.push_back(static_cast<char>(bits)); };
-  if (c < 0x80) {
-    put(c);
-  } else if (c < 0x800) {
-    put(0xC0 | (c >> 6));
-    put(0x80 | (c & 0x3F));
-  } else if (c < 0x10000) {
-    put(0xE0 | (c >> 12));
-    put(0x80 | ((c >> 6) & 0x3F));
-    put(0x80 | (c & 0x3F));
-  } else {
-    put(0xF0 | (c >> 18));
-    put(0x80 | ((c >> 12) & 0x3F));
-    put(0x80 | ((c >> 6) & 0x3F));
-    put(0x80 | (c & 0x3F));
-  }
-}
 
 std::string printable_line(std::string_view text) {
   std::string line;

@@ -25,12 +25,6 @@ std::size_t display_width(std::string_view text);
 /// The text in lines of at most `width` columns, broken between words; a longer word has a line of its own.
 std::vector<std::string> wrapped_lines(std::string_view text, std::size_t width);
 
-/// The code point that starts at `position`, which is moved behind it; U+FFFD for an invalid byte.
-char32_t next_code_point(std::string_view text, std::size_t& position);
-
-/// Appends `code_point` in UTF-8.
-void append_utf8(std::string& out, char32_t code_point);
-
 /// Whether `c` is one of the bytes of `set`.
 inline bool is_in(char c, std::string_view set) { return set.find(c) != std::string_view::npos; }
 

@@ -32,7 +32,7 @@ Vector vector_of(std::vector<double> values) { return Eigen::Map<Vector>(values.
 RunLayout layout_of_three() {
   RunLayout layout;
   layout.states = {"x", "y", "z"};
-  layout.angles = {false, false, false};
+  layout.angles = {false, false, true};
   layout.sensors = {{.name = "", .dim = 2, .piece = 2}};
   return layout;
 }
@@ -51,6 +51,7 @@ TEST(RunArrays, StatesAndMeasurementsThatAreNotThereAreNaN) {
       {"P", {1, 3, 3, 3}, {x,   x, x,   x, x, x, x,   x, 4.0,  // the first step
                            1.0, x, 0.1, x, x, x, 0.2, x, 2.0,  //
                            1.0, 0, 0,   0, 1, 0, 0,   0, 1.0}},
+      {"names", {3}, {}, {"x", "y", "z:angle"}},
       {"innovation", {1, 3, 2}, {7.0, x, 1.0, 2.0, x, x}},
       {"S", {1, 3, 2, 2}, {9.0, x, x, x, 3.0, 0.3, 0.4, 5.0, x, x, x, x}}};
   EXPECT_EQ(run_arrays(layout_of_three(), steps), npz_bytes(expected));
@@ -61,7 +62,8 @@ TEST(RunArrays, WithoutAnInnovationThereIsNoSuchArray) {
   RunLayout layout;
   layout.states = {"x"};
   layout.sensors = {{.name = "", .dim = 1, .piece = 1, .variances = {2.0}}};
-  const std::vector<NamedArray> expected = {{"error", {1, 1, 1}, {0.5}}, {"P", {1, 1, 1, 1}, {4.0}}};
+  const std::vector<NamedArray> expected = {
+      {"error", {1, 1, 1}, {0.5}}, {"P", {1, 1, 1, 1}, {4.0}}, {"names", {1}, {}, {"x"}}};
   EXPECT_EQ(run_arrays(layout, steps), npz_bytes(expected));
 }
 
@@ -79,6 +81,7 @@ TEST(RunArrays, TellOfObservationsNoiseAndFilter) {
   for (std::size_t i = 0; i < 4; ++i) identity[5 * i] = 1.0;
   const std::vector<NamedArray> expected = {{"error", {1, 1, 1}, {0.5}},
                                             {"P", {1, 1, 1, 1}, {4.0}},
+                                            {"names", {1}, {}, {"x"}},
                                             {"innovation", {1, 1, 4}, {1.0, 2.0, 3.0, 4.0}},
                                             {"S", {1, 1, 4, 4}, identity},
                                             {"observation", {1}, {2.0}},

@@ -11,6 +11,7 @@
 
 #include "core/append_item.h"
 #include "core/control_characters.h"
+#include "core/utf8.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/angle_units.h"
@@ -426,7 +427,7 @@ std::vector<std::string> state_names(ArrayFile& file, std::uint64_t states) {
     std::string name;
     for (auto letter = at; letter != at + static_cast<std::ptrdiff_t>(shape.dims[1]) && *letter > 0.0;
          ++letter)
-      name += *letter < 128.0 ? static_cast<char>(*letter) : '?';
+      append_utf8(name, static_cast<char32_t>(*letter));
     require_printable(file, "state", name);
     names.push_back(std::move(name));
   }

@@ -19,7 +19,7 @@
 namespace credence::internal {
 
 /// The array of the names of the states, one text each, which are in memory as (n, letters) code points, 0
-/// behind the last; "name:angle" is an angle in rad; a letter beyond ASCII is shown as "?".
+/// behind the last; "name:angle" is an angle in rad.
 inline constexpr std::string_view kNamesOfStates = "names";
 
 /// An array of a file.

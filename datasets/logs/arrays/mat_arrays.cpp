@@ -84,16 +84,17 @@ constexpr std::array<NumberType, 10> kNumberTypes{{{1, take_numbers<std::int8_t>
                                                    {12, take_numbers<std::int64_t>},
                                                    {13, take_numbers<std::uint64_t>}}};
 
-/// The letters of a matrix of characters, as they lie; of what is beyond ASCII one or two of some number.
+/// The letters of a matrix of characters, as they lie.
 std::vector<double> take_letters(Element element) {
   constexpr std::uint32_t kBytes[] = {1, 2, 16}, kWords[] = {4, 17};
   ByteCursor& from = element.data;
   std::vector<double> letters;
+  if (std::ranges::find(kBytes, element.type) != std::end(kBytes)) {
+    const std::string_view text = from.take_text(from.left());
+    for (std::size_t i = 0; i < text.size();) letters.push_back(next_code_point(text, i));
+  }
   while (!from.done()) {
-    if (std::ranges::find(kBytes, element.type) != std::end(kBytes)) {
-      const auto byte = from.take<std::uint8_t>();
-      if ((byte & 0xc0U) != 0x80U) letters.push_back(byte);  // else it goes on with a letter of UTF-8
-    } else if (std::ranges::find(kWords, element.type) != std::end(kWords)) {
+    if (std::ranges::find(kWords, element.type) != std::end(kWords)) {
       letters.push_back(from.take<std::uint16_t>());
     } else {
       from.fail(fmt::format("letters of type {}: corrupted", element.type));

@@ -4,25 +4,52 @@
 #include <fmt/ranges.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 
+#include "core/utf8.h"
 #include "datasets/logs/bytes/append_number.h"
 
 namespace credence::internal {
 namespace {
 
+/// What numpy holds texts as: the code points of each, in four bytes, up to the longest.
+struct CodePoints {
+  std::size_t longest = 1;
+  std::string bytes;
+};
+
+CodePoints code_points_of(const std::vector<std::string>& texts) {
+  std::vector<std::vector<std::uint32_t>> all;
+  CodePoints points;
+  for (const std::string& text : texts) {
+    auto& letters = all.emplace_back();
+    for (std::size_t i = 0; i < text.size();)
+      letters.push_back(static_cast<std::uint32_t>(next_code_point(text, i)));
+    points.longest = std::max(points.longest, letters.size());
+  }
+  for (auto& letters : all) {
+    letters.resize(points.longest, 0);
+    for (const std::uint32_t letter : letters) append_number(points.bytes, letter);
+  }
+  return points;
+}
+
 std::string npy_bytes(const NamedArray& array) {
   constexpr std::size_t kPrefix = 10, kAlignment = 64;
   const auto count =
       std::accumulate(array.dims.begin(), array.dims.end(), std::uint64_t{1}, std::multiplies<>());
-  if (count != array.values.size()) {
-    throw std::invalid_argument(fmt::format("{}: {} values for dimensions ({})", array.name,
-                                            array.values.size(), fmt::join(array.dims, ", ")));
+  const std::size_t given = array.texts.empty() ? array.values.size() : array.texts.size();
+  if (count != given) {
+    throw std::invalid_argument(
+        fmt::format("{}: {} values for dimensions ({})", array.name, given, fmt::join(array.dims, ", ")));
   }
-  std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}",
+  const CodePoints texts = code_points_of(array.texts);
+  const std::string type = array.texts.empty() ? "<f8" : fmt::format("<U{}", texts.longest);
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({},), }}", type,
                                    fmt::join(array.dims, ", "));
   header.resize((header.size() + kPrefix + kAlignment) / kAlignment * kAlignment - kPrefix, ' ');
   header.back() = '\n';
@@ -30,7 +57,7 @@ std::string npy_bytes(const NamedArray& array) {
   append_number(bytes, static_cast<std::uint16_t>(header.size()));
   bytes += header;
   bytes.append(reinterpret_cast<const char*>(array.values.data()), array.values.size() * sizeof(double));
-  return bytes;
+  return bytes + texts.bytes;
 }
 
 /// What the header of a member and its entry in the directory have in common (APPNOTE.TXT of PKWARE, 4.3.7

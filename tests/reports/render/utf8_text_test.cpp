@@ -54,15 +54,5 @@ TEST(Utf8Text, DropsWhatHidesOrReorders) {
   EXPECT_EQ(printable_line("a\u202Eb\u200Bc\uE026d\uFEFF"), "abcd");
 }
 
-TEST(Utf8Text, CodePointsSurviveEncodingAndDecoding) {
-  for (const char32_t c : {U'a', U'²', U'−', U'😀', char32_t{0x7FF}, char32_t{0x800}, char32_t{0xFFFD}}) {
-    std::string bytes;
-    append_utf8(bytes, c);
-    std::size_t position = 0;
-    EXPECT_EQ(next_code_point(bytes, position), c);
-    EXPECT_EQ(position, bytes.size());
-  }
-}
-
 }  // namespace
 }  // namespace credence::internal

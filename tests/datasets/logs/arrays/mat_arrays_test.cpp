@@ -241,6 +241,18 @@ TEST(MatLog, StatesHaveTheNamesOfACellArrayOrOfTheRowsOfAMatrixOfCharacters) {
       << "numbers of that name are something else";
 }
 
+TEST(MatLog, NamesMayHoldLettersBeyondAscii) {
+  std::size_t one[] = {1, 1}, two[] = {1, 2}, six[] = {1, 6};
+  std::string utf8 = "Höhe.z";
+  std::u16string utf16 = u"ψ";
+  matvar_t* cells[] = {Mat_VarCreate("", MAT_C_CHAR, MAT_T_UTF8, 2, six, utf8.data(), 0),
+                       Mat_VarCreate("", MAT_C_CHAR, MAT_T_UTF16, 2, one, utf16.data(), 0), nullptr};
+  EXPECT_THAT(
+      layout_with(Mat_VarCreate("names", MAT_C_CELL, MAT_T_CELL, 2, two, static_cast<void*>(cells), 0))
+          .states,
+      ElementsAre("Höhe.z", "ψ"));
+}
+
 TEST(MatLog, NamesMustBeOneForEachStateAndStringsAreToldHowToSave) {
   EXPECT_THAT([] { layout_with(text("car.x", 1)); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("names: 1 names for 2 states")));

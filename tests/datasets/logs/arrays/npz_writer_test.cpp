@@ -30,6 +30,18 @@ TEST(NpzWriter, WhatIsWrittenIsReadToTheLastBit) {
   EXPECT_EQ(sink.runs[0].steps[1].P(0, 0), std::nextafter(1.0, 2.0));
 }
 
+TEST(NpzWriter, TextsAreReadAsTheNamesOfTheStates) {
+  const std::vector<NamedArray> arrays = {{"error", {1, 1, 2}, {0.1, 0.2}},
+                                          {"P", {1, 1, 2, 2}, {2.0, 0.1, 0.1, 3.0}},
+                                          {"names", {2}, {}, {"Höhe.z", "ψ:angle"}}};
+  const TemporaryFolder folder;
+  testing::RecordedSink sink;
+  npz_format().read(folder.write("a.npz", npz_bytes(arrays)), {}, sink);
+  ASSERT_EQ(sink.runs.size(), 1U);
+  EXPECT_THAT(sink.runs[0].layout.states, ::testing::ElementsAre("Höhe.z", "ψ"));
+  EXPECT_THAT(sink.runs[0].layout.angles, ::testing::ElementsAre(false, true));
+}
+
 TEST(NpzWriter, ValuesFillTheDimensions) {
   const NamedArray wrong{"error", {2, 2}, {1.0}};
   EXPECT_THAT(
