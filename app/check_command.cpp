@@ -132,6 +132,13 @@ void require_own_outputs(const CheckArguments& o, const std::vector<fs::path>& f
     }
     taken.emplace_back(fmt::format("the file of {}", option), file);
   }
+  for (const std::string& log : o.logs) {
+    if (o.out.empty() || !fs::is_directory(log) || place(log) != place(o.out)) continue;
+    throw std::invalid_argument(
+        fmt::format("--out {}: is a folder of logs, of which the files of the report would be some; name "
+                    "another folder",
+                    o.out));
+  }
 }
 
 int interrupted_early() {

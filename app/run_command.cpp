@@ -104,6 +104,12 @@ PlayedStudy run_one(const RunOptions& options, const Configuration& c) {
 
 int run(const RunOptions& options) {
   if (options.only_run) return show_one_run(options);
+  if (!options.log.empty() && !options.out.empty() &&
+      fs::weakly_canonical(fs::absolute(options.log)) == fs::weakly_canonical(fs::absolute(options.out)))
+    throw std::invalid_argument(fmt::format(
+        "--out {}: is the folder of --log, where the files of the report would be taken for logs; "
+        "name another one",
+        options.out));
   if (options.fresh && options.out.empty() && options.log.empty())
     throw ScenarioError("--fresh: without --out or --log there is nothing to discard");
   if (!options.log.empty() && launched_ranks() != nullptr)

@@ -36,14 +36,6 @@ double largest_variance(const Matrix& P, const std::vector<Index>& at) {
   return 0.5 * (a + b) + std::hypot(0.5 * (a - b), P(at[1], at[0]));
 }
 
-/// The rows over their correlation time are too many where they are correlated: some ten as the mean is
-/// estimated from them, too (its square is missing in 2W = 10 τ products), and some ten as the inverse of an
-/// estimate is too large. Measured: 17 to 28 of autoregressions worth 10 to 1000 rows.
-double without_bias(double rows, double correlation_time) {
-  constexpr double kTooMany = 25.0;
-  return std::max(1.0, rows / correlation_time - kTooMany * (1.0 - 1.0 / correlation_time));
-}
-
 }  // namespace
 
 void CalibrationSum::clear(std::size_t parts) {
@@ -251,7 +243,7 @@ void CalibrationRecorder::close_run() {
   const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
   if (sample.reason.empty()) {
     const double time = series.rows_per_value * sample.correlation_time;
-    run_.effective_rows = without_bias(static_cast<double>(run_.whole.rows), time);
+    run_.effective_rows = unbiased_size(static_cast<double>(run_.whole.rows), time);
     const std::size_t groups = open_groups_ / CalibrationRun::kStretches;
     const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);
     if (groups > 0 && length >= 10.0 * time) {

@@ -7,6 +7,27 @@
 #include "analysis/laws/mean/student.h"
 
 namespace credence::internal {
+namespace {
+
+/// What a straight line over the bins takes from the sum of squares of the changes.
+double explained_by_line(const std::vector<Moments>& bins) {
+  double n = 0.0, x = 0.0, y = 0.0;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    const auto count = static_cast<double>(bins[b].count);
+    n += count;
+    x += count * static_cast<double>(b);
+    y += count * bins[b].mean;
+  }
+  double xx = 0.0, xy = 0.0;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    const double away = static_cast<double>(b) - x / n, count = static_cast<double>(bins[b].count);
+    xx += count * away * away;
+    xy += count * away * (bins[b].mean - y / n);
+  }
+  return xx > 0.0 ? xy * xy / xx : 0.0;
+}
+
+}  // namespace
 
 void ChangesByNis::add(double survival, double change) {
   if (!std::isfinite(change)) return;
@@ -49,6 +70,7 @@ std::optional<GateRejection> find_gate_rejection(const ChangesByNis& changes) {
                           .share = n / (n + m),
                           .p_value = student_upper_p_value(t, std::min(n, m) - 1.0)};
   }
+  if (found && explained_by_line(changes.bins) >= most) found.reset();
   if (found) found->p_value = std::min(1.0, tested * found->p_value);
   return found;
 }

@@ -33,7 +33,9 @@ struct GateRejection {
 };
 
 /// The gate that tells most of the changes apart, where log det P falls less beyond it by half a standard
-/// deviation of the others or more; none with fewer than eight innovations on either side. O(kBins).
+/// deviation of the others or more; none with fewer than eight innovations on either side, and none where a
+/// straight line over the bins explains the changes as well as the step at the gate, as of filters whose P
+/// grows with NIS (several models, adaptive noise). O(kBins).
 std::optional<GateRejection> find_gate_rejection(const ChangesByNis& changes);
 
 }  // namespace credence::internal

@@ -5,6 +5,7 @@
 #include "core/stop_point.h"
 #include "datasets/arrays/array_reader.h"
 #include "datasets/logs/conventions/angle_units.h"
+#include "datasets/logs/conventions/innovation_repeats.h"
 #include "datasets/logs/conventions/step_conventions.h"
 
 namespace credence::internal {
@@ -34,11 +35,32 @@ ArrayRuns states_of(const ArrayRuns& arrays) {
   return states;
 }
 
+constexpr std::int64_t kRows = 4096;
+
+/// Of the first rows, since one is compared with the next.
+void look_at_innovations(const ArrayRuns& arrays, LogSink& sink) {
+  if (arrays.layout.sensors.empty()) return;
+  InnovationRepeats repeats(sink);
+  ArrayReader reader(arrays);
+  Step step;
+  std::int64_t seen = 0;
+  for (std::int64_t run = 0; run < std::ssize(arrays.runs) && seen < kRows; ++run) {
+    repeats.begin_run(arrays.layout);
+    const std::int64_t steps = arrays.runs[static_cast<std::size_t>(run)].steps;
+    for (std::int64_t row = 0; row < steps && seen < kRows; ++row, ++seen) {
+      reader.read(run, row, step);
+      repeats.add(step);
+    }
+  }
+  repeats.finish();
+}
+
 }  // namespace
 
 std::vector<std::string> array_mistakes(const ArrayRuns& arrays) {
-  constexpr std::int64_t kRows = 4096;
   std::vector<std::string> said;
+  SaidSink sink(said);
+  look_at_innovations(arrays, sink);
   if (!arrays.layout.has_truth) return said;
   const ArrayRuns states = states_of(arrays);
   std::int64_t rows = 0;
@@ -49,7 +71,6 @@ std::vector<std::string> array_mistakes(const ArrayRuns& arrays) {
   }
   std::int64_t stride = 1;
   while (rows / stride >= kRows) stride *= 2;
-  SaidSink sink(said);
   AngleUnits units(sink);
   StepConventions conventions(units);
   ArrayReader reader(states);

@@ -13,6 +13,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/angle_units.h"
+#include "datasets/logs/conventions/innovation_repeats.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
@@ -130,7 +131,11 @@ void FilterLogReader::check_order() {
     const double written = field(header_.step, "step");
     if (rows_ == 0) from_zero_ = written == 0.0;
     const double step = written + (from_zero_ ? 1.0 : 0.0);
-    if (written == 0.0 && !from_zero_) lines_.fail("step 0 in a file whose first step is not 0");
+    if (written == 0.0 && !from_zero_)
+      lines_.fail(
+          "step 0 in a file whose first step is not 0: steps are counted from 1 here, since only a first 0 "
+          "tells "
+          "that they are not; add 1 to all, or let the run that has step 0 be the first");
     if (!(step >= 1.0 && step <= static_cast<double>(kLargestStep)) || std::floor(step) != step) {
       lines_.fail(fmt::format("step {}: accepted are whole numbers, counted from 0 or 1, to {}", written,
                               kLargestStep));
@@ -317,7 +322,8 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
   AngleUnits units(judged);
-  StepConventions sink(units);
+  StepConventions conventions(units);
+  InnovationRepeats sink(conventions);
   Step row;
   std::int64_t rows = 0, told = 0;
   bool open = false;
@@ -345,6 +351,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   }
   end_failed();
   sink.finish();
+  conventions.finish();
   units.finish();
   sink.advance(reader.bytes_read() - told);
 }

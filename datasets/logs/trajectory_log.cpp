@@ -13,6 +13,7 @@
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/pose_columns.h"
+#include "datasets/logs/ros/covariance_sentinels.h"
 #include "datasets/logs/time_offset.h"
 #include "datasets/logs/truth_placement.h"
 
@@ -70,6 +71,18 @@ void move_to_point(const SpatialPose& arm, TrajectoryFormat format, Trajectory& 
     move_on_body(arm, estimate.axes, estimate.poses[i], estimate.covariances[i]);
 }
 
+/// Says where z, roll and pitch have no variance, or that of a message of ROS that does not estimate them.
+void tell_planar(const Trajectory& estimate, LogSink& sink) {
+  CovarianceSentinels sentinels;
+  for (std::size_t i = 0; i < estimate.poses.size(); ++i)
+    sentinels.kept(estimate.covariances[i], estimate.poses[i]);
+  if (!sentinels.planar()) return;
+  sink.mistake(
+      "The variances of z and of the rotations about x and y are 0 or at least 1e5 in every row, as of a "
+      "pose "
+      "in the plane: judge it by --chart planar.");
+}
+
 void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
                      const LogReadOptions& options, LogSink& sink) {
   if (options.truth.empty()) {
@@ -86,6 +99,7 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
     estimate.axes = chart.axes;
     for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
   }
+  if (takes_charts(format) && chart.axes.orientation != OrientationError::planar) tell_planar(estimate, sink);
   const std::shared_ptr<const Trajectory> truth = options.truth.of(file);
   if (options.matching.lever_arm && !truth->has_orientation)
     move_to_point(*options.matching.lever_arm, format, estimate);

@@ -29,6 +29,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"Clopper-Pearson", "", "an interval for a probability from counts, which holds for every sample size",
      "Of so many rows so many were beyond: the risk is at most the upper limit, with 95 % confidence. Rows "
      "that are correlated in time count as fewer independent ones."},
+    {"chart", "charts", "in which coordinates a covariance of a pose speaks of the orientation",
+     "About axes of the body or of the world, and the position with it; planar is x, y and heading. A "
+     "covariance that is read in another chart than its filter's looks wrong. --chart says it."},
     {"conformal", "conformal prediction",
      "a factor on P that covers a further run with a stated probability, whatever the law of the errors",
      "It is read off the order of the runs at hand: of 19 or more, how much each needed. It asks no Gaussian "
@@ -42,6 +45,10 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"coverage", "", "how often the truth lies within kσ of the estimate",
      "For a consistent filter the share is that of a χ² law with as many degrees of freedom as states; with "
      "many states it is tiny, and the NEES tells more."},
+    {"credibility", "credible|noncredibility|noncredibility index|inclination",
+     "by how many decibels the covariance and the true mean square of the errors differ",
+     "Of Li and Zhao: noncredibility is the distance, inclination its sign, which is positive where the "
+     "covariance is too small. Both are 0 for a filter that is right."},
     {"dof", "degrees of freedom", "how many independent numbers a squared sum is made of",
      "NEES has as many as the state, NIS as many as the innovation; each is the mean that a consistent "
      "filter has."},
@@ -62,6 +69,10 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"gain", "K|Kalman gain", "the weights K with which an innovation corrects the state",
      "One row for each state, one column for each number measured. A gain of zero means that a measurement "
      "no longer moves that state."},
+    {"gate", "gating|validation gate", "a bound on NIS beyond which a filter uses no measurement",
+     "It keeps false matches away, and right ones that are far out as well: NIS is cut off there, and its "
+     "mean "
+     "is too small. A filter whose P is too small throws away what would mend it."},
     {"inflation", "inflated|covariance inflation", "making the covariance larger on purpose",
      "Adds a matrix ΔP to P so that correlations may be dropped without P becoming too small. An inflated "
      "filter is pessimistic by design."},

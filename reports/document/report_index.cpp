@@ -57,7 +57,18 @@ std::string said(std::string_view head, std::string_view name) {
   return between(head, fmt::format("<meta name=\"{}\" content=\"", name), "\">");
 }
 
+bool is_of_credence(std::string_view head) { return said(head, "generator").starts_with("Credence"); }
+
 }  // namespace
+
+bool is_report_page(const fs::path& page) { return is_of_credence(head_of(page)); }
+
+bool leads_to(const fs::path& page, std::string_view file) {
+  if (!is_report_page(page)) return false;
+  std::ifstream in(page, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return text.find(fmt::format("href=\"{}\"", escape_html(file))) != std::string::npos;
+}
 
 std::vector<IndexedReport> find_reports(const fs::path& folder) {
   std::error_code error;
@@ -71,7 +82,7 @@ std::vector<IndexedReport> find_reports(const fs::path& folder) {
       entry.disable_recursion_pending();
     if (path.filename() != "index.html" || !entry->is_regular_file(error)) continue;
     const std::string head = head_of(path);
-    if (!said(head, "generator").starts_with("Credence")) continue;
+    if (!is_of_credence(head)) continue;
     reports.push_back({.page = path.lexically_relative(folder),
                        .title = between(head, "<title>", "</title>"),
                        .answer = said(head, "credence-answer"),
@@ -84,7 +95,7 @@ std::vector<IndexedReport> find_reports(const fs::path& folder) {
 
 std::string command_of_page(const fs::path& page) {
   const std::string head = head_of(page);
-  return said(head, "generator").starts_with("Credence") ? said(head, "credence-command") : "";
+  return is_of_credence(head) ? said(head, "credence-command") : "";
 }
 
 std::size_t write_report_index(const fs::path& folder, const Provenance& provenance) {

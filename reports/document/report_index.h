@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "reports/document/provenance.h"
@@ -20,6 +21,12 @@ struct IndexedReport {
 /// The reports in a folder and its subfolders, ordered by path. Pages of others are passed over, as are
 /// hidden folders; links are not followed. Throws OutputError for a folder that cannot be read.
 std::vector<IndexedReport> find_reports(const std::filesystem::path& folder);
+
+/// Whether a page is one of Credence.
+bool is_report_page(const std::filesystem::path& page);
+
+/// Whether it is, and leads to a file beside it.
+bool leads_to(const std::filesystem::path& page, std::string_view file);
 
 /// The command that made a page, as the page says; empty where there is none, or it is of others.
 std::string command_of_page(const std::filesystem::path& page);

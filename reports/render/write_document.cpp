@@ -1,7 +1,13 @@
 #include "reports/render/write_document.h"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
 #include <vector>
 
+#include "montecarlo/engine/result_store.h"
+#include "reports/document/report_index.h"
 #include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -27,10 +33,28 @@ std::vector<Drawing> draw_figures(const Document& document, const ReportFolder& 
   return all;
 }
 
+/// Throws OutputError where a file would be replaced that is of no report: a page of others or, in a folder
+/// without stored results, a file that no page leads to.
+void require_own_files(const Document& document, const ReportFolder& directory) {
+  const std::filesystem::path page = directory / "index.html";
+  const auto refuse = [](const std::filesystem::path& path) {
+    throw OutputError(fmt::format(
+        "{}: is there already and no file of a report, which would replace it; name another folder",
+        path.string()));
+  };
+  if (std::filesystem::is_regular_file(page) && !is_report_page(page)) refuse(page);
+  if (ResultStore::exists(directory)) return;
+  for (const DocumentFile& file : document.files) {
+    const std::filesystem::path path = directory / file.name;
+    if (std::filesystem::exists(path) && !leads_to(page, file.name)) refuse(path);
+  }
+}
+
 }  // namespace
 
 void write_document(const Document& document, const ReportFolder& directory, const Provenance& provenance) {
   make_directories(directory);
+  require_own_files(document, directory);
   const std::vector<Drawing> drawings = draw_figures(document, directory);
   for (const DocumentFile& file : document.files) file.write(directory / file.name);
   write_file(directory / "index.html", html_page(document, drawings, provenance, directory));

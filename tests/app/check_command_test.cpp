@@ -498,6 +498,14 @@ TEST_F(CheckCommand, NothingIsWrittenOverWhatIsReadOrWrittenBesides) {
             "credence: --junit link.csv: is a log that is judged; name another file\n");
   EXPECT_EQ(refusal({"check", "a.csv", "--baseline", "b.json", "--markdown", "b.json"}),
             "credence: --markdown b.json: is the file of --baseline; name another file\n");
+  fs::create_directories(folder_ / "logs");
+  write("logs/a.csv", log);
+  EXPECT_EQ(
+      refusal({"check", "logs", "--out", "./logs"}),
+      "credence: --out ./logs: is a folder of logs, of which the files of the report would be some; name "
+      "another folder\n");
+  EXPECT_NE(run({"check", "a.csv", "--out", "."}).err.find("a.csv: is there already and no file of a report"),
+            std::string::npos);
   EXPECT_EQ(refusal({"check", "a.csv", "--junit", "folder"}),
             "credence: check: --junit: folder is a folder (credence help check)\n");
   EXPECT_EQ(refusal({"check", "a.csv", "--markdown", "nowhere/x"}),

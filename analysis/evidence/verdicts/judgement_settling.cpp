@@ -99,6 +99,11 @@ void leave_open(const Evidence& e, Judgement& j) {
     v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
                             j.settle_nees.runs, j.settle_nees.observed_factor);
   }
+  for (BlockVerdict& block : j.blocks) {
+    if (block.verdict.verdict != Verdict::consistent) continue;
+    block.verdict.verdict = Verdict::undecided;
+    block.verdict.reason = v.reason;
+  }
 }
 
 void judge_single_run(const Evidence& e, Judgement& j) {
@@ -111,8 +116,14 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   const std::vector<TimeAverageTest> averages =
       test_single_run(series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0});
   single.time_average = averages[0];
-  single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
+  // About its own mean, so that it is the same for any scale of P.
+  const double mean = Eigen::Map<const Vector>(series.values.data(), std::ssize(series.values)).mean();
+  single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
   single.sample.correlation_time *= series.rows_per_value;
+  if (single.sample.reason.empty()) {
+    single.sample.size =
+        unbiased_size(static_cast<double>(e.first_run.size()), single.sample.correlation_time);
+  }
   const bool stand =
       !std::isnan(single.time_average.p_value) && e.law.stretches.stand(single.time_average.effective_steps);
   if (stand) single.time_average.p_value = kNaN;

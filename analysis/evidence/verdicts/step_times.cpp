@@ -33,8 +33,15 @@ void StepTimes::place(std::int64_t step, double time_s) {
   if (elapsed_s_.size() <= k) elapsed_s_.resize(k + 1, kNaN);
   if (std::isnan(run_begin_s_)) {
     const bool alone = first_step_ == 0;
-    agreed_ = alone || !std::isnan(elapsed_s_[k]);  // else nothing says how the clocks of the runs lie
-    run_begin_s_ = alone ? time_s : time_s - elapsed_s_[k];
+    if (!alone && std::isnan(elapsed_s_[k])) {
+      // At a step of no run before: where all have one clock, which has equal steps.
+      const double elapsed_s = time_s - earliest_begin_s_, away = static_cast<double>(step - first_step_);
+      agreed_ = latest_begin_s_ - earliest_begin_s_ <= 0.5 * interval_s() &&
+                std::abs(elapsed_s - away * interval_s()) < 0.5 * interval_s();
+      run_begin_s_ = earliest_begin_s_;
+    } else {
+      run_begin_s_ = alone ? time_s : time_s - elapsed_s_[k];
+    }
     if (alone) first_step_ = step;
   }
   const double elapsed_s = time_s - run_begin_s_;
@@ -60,10 +67,10 @@ void StepTimes::merge(const StepTimes& later) {
   begin_run();
   for (std::size_t k = 0; k < later.elapsed_s_.size(); ++k) {
     if (std::isnan(later.elapsed_s_[k])) continue;
-    place(1 + static_cast<std::int64_t>(k) * later.stride_, later.elapsed_s_[k]);
+    place(1 + static_cast<std::int64_t>(k) * later.stride_, later.earliest_begin_s_ + later.elapsed_s_[k]);
   }
-  earliest_begin_s_ = std::min(earliest_begin_s_, later.earliest_begin_s_ + run_begin_s_);
-  latest_begin_s_ = std::max(latest_begin_s_, later.latest_begin_s_ + run_begin_s_);
+  earliest_begin_s_ = std::min(earliest_begin_s_, run_begin_s_);
+  latest_begin_s_ = std::max(latest_begin_s_, run_begin_s_ + later.latest_begin_s_ - later.earliest_begin_s_);
 }
 
 double StepTimes::interval_s() const {

@@ -156,6 +156,11 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
   return result;
 }
 
+double unbiased_size(double length, double correlation_time) {
+  constexpr double kTooMany = 25.0;
+  return std::max(1.0, length / correlation_time - kTooMany * (1.0 - 1.0 / correlation_time));
+}
+
 double standing_share(const Matrix& mean_square, const Matrix& square_of_means) {
   constexpr double kLeast = 1e-9;  // of the average direction: what rounding leaves
   const double least =

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -15,6 +16,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/angle_units.h"
+#include "datasets/logs/conventions/innovation_repeats.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
@@ -37,6 +39,8 @@ struct ArrayPair {
 };
 
 std::string shape_text(const ArrayShape& array) {
+  if (array.dims.empty())
+    return fmt::format("{} ({})", array.name, array.type == kCellArray ? kCellArray : "no array of numbers");
   return fmt::format("{} ({})", array.name, fmt::join(array.dims, ", "));
 }
 
@@ -101,6 +105,22 @@ class ArrayRoles {
   const std::vector<NisArray>& nis() const { return nis_; }
   std::uint64_t runs() const { return runs_; }
   std::uint64_t steps() const { return steps_; }
+
+  /// How two arrays of the same two dimensions are read, which could be meant otherwise; empty where there
+  /// are none.
+  std::string scalars_text() const {
+    const ArrayPair* const pair = state_ ? &*state_ : sensors_.empty() ? nullptr : &sensors_.front();
+    if (pair == nullptr || file_.arrays()[pair->matrices].dims.size() != 2 || pair->runs == 1) return "";
+    const std::uint64_t n = pair->runs, m = pair->steps;
+    const std::string &vectors = file_.arrays()[pair->vectors].name,
+                      &matrices = file_.arrays()[pair->matrices].name;
+    const std::string read =
+        fmt::format("{0} and {1} ({2}, {3}) are read as {2} runs of {3} step{4} of one number", vectors,
+                    matrices, n, m, m == 1 ? "" : "s");
+    if (m == 1) return fmt::format("{}; one run of {} steps is (1, {}).", read, n, n);
+    return fmt::format("{}; of {} steps of {} states {} is ({}, {}, {}), with the variances on the diagonal.",
+                       read, n, m, matrices, n, m, m);
+  }
 
  private:
   /// Of two arrays with the innovations of one sensor nobody could tell which is meant.
@@ -169,6 +189,16 @@ class ArrayRoles {
   /// How dimensions that stand the other way round, as (n, steps, runs), are brought into order.
   static std::string turned_text(const ArrayShape& vectors, const ArrayShape& matrices) {
     const std::vector<std::uint64_t>&v = vectors.dims, &m = matrices.dims;
+    if (matrices.type == kCellArray) {
+      return fmt::format(
+          "; of a matrix for each step {0} = permute(cat(3, {0}{{:}}), [3 1 2]) makes one array",
+          matrices.name);
+    }
+    if (v.size() == 2 && m == std::vector<std::uint64_t>{v[1], v[1], v[0]}) {
+      return fmt::format(
+          "; {0} seems to be (n, n, steps): turn it, in MATLAB by permute({0}, [3 1 2]), in NumPy by {0}.T",
+          matrices.name);
+    }
     const bool turned = (v.size() == 2 || v.size() == 3) && m.size() == v.size() + 1 && m[0] == v[0] &&
                         std::equal(v.begin(), v.end(), m.begin() + 1);
     if (!turned) return "";
@@ -357,11 +387,13 @@ class NoiseReader {
   Matrix noise_;
 };
 
-/// The times of the steps of a run: of each, or the same of all; empty where the file has none.
+/// The times of the steps of a run: of each, or the same of all; empty where the file has none. Throws
+/// DataError for as many as there are runs of scalars, which are then steps.
 class TimeReader {
  public:
-  TimeReader(ArrayFile& file, std::uint64_t runs, std::uint64_t steps, LogSink& sink)
-      : file_(file), steps_(steps), array_(find_array(file, kTime)) {
+  TimeReader(ArrayFile& file, std::uint64_t runs, std::uint64_t steps, const std::string& scalars_text,
+             LogSink& sink)
+      : file_(file), sink_(sink), steps_(steps), array_(find_array(file, kTime)) {
     if (!array_) return;
     const ArrayShape& time = file.arrays()[*array_];
     std::uint64_t size = 1;
@@ -369,18 +401,30 @@ class TimeReader {
     each_ = time.dims == std::vector<std::uint64_t>{runs, steps};
     const bool once = size == steps && std::ranges::count(time.dims, steps) > 0;
     if (each_ || once) return;
+    if (!scalars_text.empty() && size == runs)
+      throw DataError(file.path(), "",
+                      fmt::format("{} seems to be of steps, and {}", shape_text(time), scalars_text));
     sink.remark(fmt::format("{} is not used: times in s are ({}) or ({}, {}).", shape_text(time), steps, runs,
                             steps));
     array_.reset();
   }
 
   const std::vector<double>& of(std::uint64_t run) {
-    if (array_ && (each_ || times_.empty())) file_.read(*array_, each_ ? run * steps_ : 0, steps_, times_);
+    if (!array_ || (!each_ && !times_.empty())) return times_;
+    file_.read(*array_, each_ ? run * steps_ : 0, steps_, times_);
+    // Also false next to what is not a number.
+    const auto goes_on = [](double now, double next) { return now < next; };
+    if (std::ranges::adjacent_find(times_, std::not_fn(goes_on)) == times_.end()) return times_;
+    sink_.remark(fmt::format("{} is not used: it does not increase from step to step of run {}.",
+                             file_.arrays()[*array_].name, run + 1));
+    array_.reset();
+    times_.clear();
     return times_;
   }
 
  private:
   ArrayFile& file_;
+  LogSink& sink_;
   std::uint64_t steps_;
   std::optional<std::size_t> array_;
   bool each_ = false;
@@ -469,6 +513,27 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
   return layout;
 }
 
+/// Names the arrays that nobody reads, of which one may be misspelt.
+void tell_unread(const ArrayFile& file, const RunLayout& layout, LogSink& sink) {
+  constexpr std::size_t kMost = 8;
+  const auto is_of_sensor = [&layout](std::string_view name) {
+    constexpr std::string_view kPrefixes[] = {"S_", "R_", "observation_"};
+    return std::ranges::none_of(kPrefixes, [&](std::string_view prefix) {
+      return name.starts_with(prefix) && std::ranges::find(layout.sensors, name.substr(prefix.size()),
+                                                           &Sensor::name) == layout.sensors.end();
+    });
+  };
+  std::string unread;
+  std::size_t count = 0;
+  for (const ArrayShape& array : file.arrays()) {
+    if (array.name == kNamesOfStates || (is_log_array(array.name) && is_of_sensor(array.name))) continue;
+    if (++count <= kMost) append_item(unread, shown_field(array.name));
+  }
+  if (count == 0) return;
+  if (count > kMost) unread += fmt::format(" and {} more", count - kMost);
+  sink.remark(fmt::format("Not read: {}.", unread));
+}
+
 }  // namespace
 
 std::uint64_t column_major_place(const std::vector<std::uint64_t>& dims, std::uint64_t k) {
@@ -491,7 +556,8 @@ bool is_log_array(std::string_view name) {
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
   AngleUnits units(judged);
-  StepConventions sink(units);
+  StepConventions conventions(units);
+  InnovationRepeats sink(conventions);
   const ArrayRoles roles(file);
   const RunLayout layout = layout_of(file, roles);
   std::vector<PairReader> sensors;
@@ -503,7 +569,10 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   }
   std::optional<PairReader> state;
   if (roles.state()) state.emplace(file, *roles.state());
-  TimeReader times(file, roles.runs(), roles.steps(), sink);
+  const std::string scalars = roles.scalars_text();
+  TimeReader times(file, roles.runs(), roles.steps(), scalars, sink);
+  if (!scalars.empty()) sink.remark(scalars);
+  tell_unread(file, layout, sink);
   Step step;
   std::vector<Index> measured;
   std::vector<std::vector<double>> nis(roles.nis().size());
@@ -536,6 +605,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
     }
   }
   sink.finish();
+  conventions.finish();
   units.finish();
 }
 

@@ -22,6 +22,9 @@ namespace credence::internal {
 /// behind the last; "name:angle" is an angle in rad.
 inline constexpr std::string_view kNamesOfStates = "names";
 
+/// The type of an array of MATLAB whose elements are arrays: it is not read.
+inline constexpr std::string_view kCellArray = "cell array";
+
 /// An array of a file.
 struct ArrayShape {
   std::string name;

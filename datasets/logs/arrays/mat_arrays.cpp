@@ -166,7 +166,7 @@ class MatReader {
     if (kind == kStructure && field.empty()) return structure(body, dims);
     if (name == kNamesOfStates && (kind == kCell || kind == kCharacters)) return texts(kind, dims, body);
     const bool numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplexFlag) == 0;
-    MatArray& array = arrays_.emplace_back(MatArray{.name = name});
+    MatArray& array = arrays_.emplace_back(MatArray{.name = name, .is_cell = kind == kCell});
     if (!numeric || !wanted_(name)) return;
     array.is_read = true;
     array.dims = std::move(dims);
@@ -266,7 +266,11 @@ class MatArrayFile final : public ArrayFile {
       : path_(file), read_(read_mat_arrays(file, is_log_array)) {
     for (const MatArray& array : read_) {
       const bool text = array.name == kNamesOfStates;
-      shapes_.push_back({array.name, !array.is_read ? "not read" : text ? "text" : "numbers", array.dims});
+      const std::string_view type = array.is_cell    ? kCellArray
+                                    : !array.is_read ? "not read"
+                                    : text           ? "text"
+                                                     : "numbers";
+      shapes_.push_back({array.name, std::string(type), array.dims});
     }
   }
 

@@ -17,6 +17,7 @@ struct MatArray {
       false;  ///< else there are no more than its name: it was not wanted, or holds no real numbers
   std::vector<std::uint64_t> dims{};
   std::vector<double> numbers{};  ///< the first index running fastest
+  bool is_cell = false;           ///< its elements are arrays
 };
 
 /// The arrays in a MAT-file of version 5, that is of MATLAB's save -v6 and -v7: its variables, and the fields

@@ -306,6 +306,7 @@ Document timing_document(const TimingResult& result) {
   document.section("Monte Carlo");
   document.table(monte_carlo);
   document.table(scaling);
+  document.link("all of it as JSON", "timing.json");
   document.file("timing.json", [result](const std::filesystem::path& target) {
     write_file(target, timing_json(result) + "\n");
   });

@@ -150,9 +150,12 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
   }
   const std::size_t n = sweep.studies.size(), best = best_study(sweep);
   if (n == 0) return {CellTone::caution, "No configuration has results yet"};
+  const std::size_t asked = sweep.plan.points.size();
   std::string counts =
-      fmt::format("Of {} configurations {} cannot be trusted, {} are pessimistic, {} consistent", n, unsafe,
-                  pessimistic, consistent);
+      fmt::format("{} {} cannot be trusted, {} {} pessimistic, {} consistent",
+                  n < asked ? fmt::format("Of the {} of {} configurations that have results so far", n, asked)
+                            : fmt::format("Of {} configurations", n),
+                  unsafe, pessimistic, pessimistic == 1 ? "is" : "are", consistent);
   if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
   if (best == n) return {CellTone::alarm, counts};
   // Of a scenario that varies nothing there is one configuration, which has no name.

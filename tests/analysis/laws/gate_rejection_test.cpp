@@ -42,6 +42,28 @@ TEST(GateRejection, IsFoundWhereItIs) {
   EXPECT_LT(found->share, 0.15);
 }
 
+TEST(GateRejection, IsFoundWhereQIsWrongAsWell) {
+  for (const double Q_scale : {0.2, 5.0}) {
+    const auto found = find_gate_rejection(walk(k95, Q_scale, 4));
+    ASSERT_TRUE(found.has_value()) << Q_scale;
+    EXPECT_LT(found->p_value, 1e-9) << Q_scale;
+  }
+}
+
+// As P of several models does, or noise that adapts itself: no step anywhere.
+TEST(GateRejection, OfAPThatGrowsWithNisNoneIsFound) {
+  std::mt19937_64 bits(5);
+  std::normal_distribution<double> normal;
+  for (const double spread : {0.1, 0.5}) {
+    ChangesByNis changes;
+    for (int i = 0; i < 4000; ++i) {
+      const double nu = normal(bits);
+      changes.add(std::erfc(std::sqrt(0.5) * std::abs(nu)), 0.2 * nu * nu + spread * normal(bits));
+    }
+    EXPECT_FALSE(find_gate_rejection(changes).has_value()) << spread;
+  }
+}
+
 // P of a filter that uses all it logs is the same in all runs, be its Q right or not: of no size is what
 // tells its changes apart.
 TEST(GateRejection, OfAFilterWithoutAGateNoneIsFound) {

@@ -71,6 +71,31 @@ TEST_F(TrajectoryLog, ReadsErrorsAgainstTheTruthAndCountsWhatHasNone) {
   }
 }
 
+// As texts of bags hold them: z, roll and pitch have no variance, or one of 10⁶.
+TEST_F(TrajectoryLog, APoseInThePlaneIsTold) {
+  for (const double variance : {0.0, 1e6, 0.25}) {
+    std::string text;
+    for (int i = 0; i < 10; ++i) {
+      text += std::to_string(i) + " " + std::to_string(i) + " 0 0 0 0 0 1";
+      for (int row = 0; row < 6; ++row) {
+        for (int column = row; column < 6; ++column) {
+          const bool in_plane = row < 2 || row == 5;
+          text += " " + std::to_string(row != column ? 0.0 : in_plane ? 0.04 : variance);
+        }
+      }
+      text += "\n";
+    }
+    testing::RecordedSink sink;
+    tum_format().read(folder_.write("plane.tum", text), with_truth(), sink);
+    const auto matcher = HasSubstr("judge it by --chart planar");
+    if (variance == 0.25) {
+      EXPECT_THAT(sink.said(), ::testing::Not(matcher));
+    } else {
+      EXPECT_THAT(sink.said(), matcher) << variance;
+    }
+  }
+}
+
 TEST_F(TrajectoryLog, WithoutATruthSaysHowToNameIt) {
   testing::RecordedSink sink;
   const std::filesystem::path file = estimate(0.0);

@@ -98,11 +98,14 @@ TEST(WriteDocument, AFolderThatCannotBeMadeIsNamed) {
 
 TEST(WriteDocument, ThePageIsWrittenLastAndWhole) {
   const TemporaryFolder folder;
-  folder.write("index.html", "the page of before");
+  write_document(Document("Before"), folder.path(),
+                 {.version = "1", .commit = "", .command = "", .date = "", .machine = ""});
+  const std::string before = folder.read("index.html");
   Document document("Study");
   document.file("numbers.csv", [](const fs::path&) { throw OutputError("the disk is full"); });
-  EXPECT_THROW(write_document(document, folder.path(), {}), OutputError);
-  EXPECT_EQ(folder.read("index.html"), "the page of before");
+  EXPECT_THAT([&] { write_document(document, folder.path(), {}); },
+              testing::ThrowsMessage<OutputError>("the disk is full"));
+  EXPECT_EQ(folder.read("index.html"), before);
 
   fs::create_directories(folder / "other/index.html");
   try {
@@ -111,6 +114,31 @@ TEST(WriteDocument, ThePageIsWrittenLastAndWhole) {
   } catch (const OutputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("other/index.html"));
   }
+}
+
+TEST(WriteDocument, ReplacesFilesOfReportsAndNoOthers) {
+  const TemporaryFolder folder;
+  const Provenance provenance{.version = "1", .commit = "", .command = "", .date = "", .machine = ""};
+  const auto write = [&](const std::string& numbers) {
+    Document document("Study");
+    document.link("the numbers", "numbers.csv");
+    document.file("numbers.csv", [&](const fs::path& target) { write_file(target, numbers); });
+    write_document(document, folder.path(), provenance);
+  };
+  write("1\n");
+  write("2\n");
+  EXPECT_EQ(folder.read("numbers.csv"), "2\n") << "a report made again";
+
+  fs::remove(folder / "index.html");
+  EXPECT_THAT([&] { write("3\n"); }, testing::ThrowsMessage<OutputError>(
+                                         HasSubstr("numbers.csv: is there already and no file of a report")));
+  EXPECT_EQ(folder.read("numbers.csv"), "2\n");
+
+  fs::remove(folder / "numbers.csv");
+  folder.write("index.html", "my page");
+  EXPECT_THAT([&] { write("3\n"); },
+              testing::ThrowsMessage<OutputError>(HasSubstr("index.html: is there already")));
+  EXPECT_EQ(folder.read("index.html"), "my page");
 }
 
 TEST(WriteDocument, RefusesAFigureThatCannotBeDrawn) {

@@ -63,6 +63,27 @@ TEST(StepTimes, OfRunsThatBeginLaterOnTheSameClockAreAsTold) {
   EXPECT_NEAR(times.at(12), 11.0, 1e-12);
 }
 
+// As of targets that are born and die: no step in common, one clock.
+TEST(StepTimes, OfRunsWithoutACommonStepAreToldWhereOneClockFits) {
+  const auto target = [](std::int64_t first, std::int64_t last) {
+    StepTimes times;
+    times.begin_run();
+    for (std::int64_t k = first; k <= last; ++k) times.add(k, 0.5 * static_cast<double>(k));
+    return times;
+  };
+  StepTimes merged = target(34, 60);
+  merged.merge(target(5, 20));
+  StepTimes added = target(34, 60);
+  added.begin_run();
+  for (std::int64_t k = 5; k <= 20; ++k) added.add(k, 0.5 * static_cast<double>(k));
+  for (const StepTimes* const times : {&merged, &added}) {
+    EXPECT_TRUE(times->known() && times->as_told());
+    EXPECT_DOUBLE_EQ(times->at(5), 2.5);
+    EXPECT_DOUBLE_EQ(times->at(60), 30.0);
+    EXPECT_TRUE(std::isnan(times->at(25)));
+  }
+}
+
 TEST(StepTimes, AreNotKnownWhereRunsDisagreeByMoreThanHalfAStep) {
   StepTimes other_rate = run_at(0.0, 1.0, 10);
   other_rate.merge(run_at(0.0, 1.1, 10));

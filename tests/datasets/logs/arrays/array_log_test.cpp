@@ -66,6 +66,18 @@ TEST(ArrayLog, times_are_of_each_run_or_of_all) {
   const RecordedSink other = read({4}, {0, 1, 2, 3});
   EXPECT_TRUE(other.runs.at(0).time_s.empty());
   EXPECT_THAT(other.said(), HasSubstr("time (4) is not used"));
+  const RecordedSink back = read({2, 3}, {0, 1, 2, 10, 12, 11});
+  EXPECT_TRUE(back.runs.at(1).time_s.empty());
+  EXPECT_THAT(back.said(), HasSubstr("time is not used: it does not increase from step to step of run 2."));
+}
+
+TEST(ArrayLog, arrays_that_nobody_reads_are_named) {
+  ArraysInMemory file;
+  file.add("error", {1, 1, 1}, {1})
+      .add("P", {1, 1, 1, 1}, {1})
+      .add("innovaton", {1, 1, 1})
+      .add("R_gps", {1, 1});
+  EXPECT_EQ(read_in_memory(file).said(), "Not read: innovaton, R_gps.\n");
 }
 
 TEST(ArrayLog, dimensions_the_other_way_round_are_told_how_to_turn) {
@@ -75,6 +87,29 @@ TEST(ArrayLog, dimensions_the_other_way_round_are_told_how_to_turn) {
   ArraysInMemory one;
   expect_array_error(one.add("error", {4, 100}).add("P", {4, 4, 100}),
                      "permute(error, [2 1]) and permute(P, [3 1 2])");
+  ArraysInMemory covariances;
+  expect_array_error(covariances.add("error", {100, 4}).add("P", {4, 4, 100}),
+                     "error (100, 4) and P (4, 4, 100): accepted are");
+  expect_array_error(covariances, "P seems to be (n, n, steps): turn it, in MATLAB by permute(P, [3 1 2])");
+}
+
+TEST(ArrayLog, arrays_of_the_same_two_dimensions_are_told_how_they_are_read) {
+  const auto said = [](std::uint64_t runs, std::uint64_t steps) {
+    const std::vector<double> ones(runs * steps, 1.0);
+    return read_in_memory(ArraysInMemory().add("error", {runs, steps}, ones).add("P", {runs, steps}, ones))
+        .said();
+  };
+  EXPECT_EQ(
+      said(3, 2),
+      "error and P (3, 2) are read as 3 runs of 2 steps of one number; of 3 steps of 2 states P is (3, 2, "
+      "2), with the variances on the diagonal.\n");
+  EXPECT_EQ(said(3, 1),
+            "error and P (3, 1) are read as 3 runs of 1 step of one number; one run of 3 steps is (1, 3).\n");
+  EXPECT_EQ(said(1, 3), "") << "can be meant in one way alone";
+  ArraysInMemory timed;
+  timed.add("innovation", {3, 2}, {1, 2, 3, 4, 5, 6}).add("S", {3, 2}, {1, 1, 1, 1, 1, 1});
+  expect_array_error(timed.add("time", {3}, {0, 1, 2}),
+                     "time (3) seems to be of steps, and innovation and S");
 }
 
 TEST(ArrayLog, rows_of_every_run_hold_their_errors_covariances_and_innovations) {

@@ -73,6 +73,8 @@ TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
   const auto& table = std::get<ReportTable>(document.brief.front());
   EXPECT_EQ(table.rows.size(), 1U);
   EXPECT_THAT(table.notes, testing::Contains("1 of 3 configurations have results"));
+  EXPECT_THAT(document.answer.text,
+              testing::StartsWith("Of the 1 of 3 configurations that have results so far "));
 }
 
 TEST(SweepDocument, NamesTheConfigurationsInWhichAnIterationDidNotSettle) {
