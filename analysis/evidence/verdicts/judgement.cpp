@@ -14,6 +14,7 @@
 #include "analysis/evidence/verdicts/judgement_settling.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
+#include "analysis/laws/mean/correlated_mean.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -138,13 +139,16 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   const StepSeries nis = series_of(s.nis, steps);
   result.gate = find_gate(s, confidence);
   result.nis = judge_sensor_nis(s, result.gate, nis, confidence);
-  result.whiteness = test_whiteness(s.varies ? s.scalar_lags : s.lags, confidence);
+  const LagProducts& lags = s.varies ? s.scalar_lags : s.lags;
+  result.whiteness = test_whiteness(lags, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
   if (s.sensor.nis_alone) {
     result.mean = {.p_value = kNaN, .reason = "NIS alone has no sign"};
+  } else if (enough_runs) {
+    result.mean = test_zero_mean(means);
   } else {
-    result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
+    result.mean = test_correlated_mean(s.varies ? s.scalar_values : s.values, lags, confidence);
   }
   result.fit = test_uniform(s.fit);
   if (is_rounded(s.ties)) {
