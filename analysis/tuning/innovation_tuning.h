@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/evidence/sums/recorded_run.h"
 #include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/tuning/innovation_tests.h"
 #include "core/nan.h"
 
 /// @file

@@ -250,7 +250,7 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
     observation.nis =
         Eigen::LLT<Eigen::Matrix2d>(observation.S).matrixL().solve(observation.innovation).squaredNorm();
     observation.whitened = whitened.segment<2>(row);
-    observation.log_determinant = 2.0 * root.matrixLLT().diagonal().segment<2>(row).array().log().sum();
+    observation.root = root.matrixLLT().block<2, 2>(row, row).triangularView<Eigen::Lower>();
     observation.first_of_batch = row == 0;
     result_.nis.add(observation.nis);
     row += 2;

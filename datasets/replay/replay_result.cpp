@@ -4,6 +4,10 @@
 
 namespace credence::internal {
 
+bool has_true_heading(const ReplayResult& result) {
+  return !result.references.empty() && result.references.front().dof == 3;
+}
+
 double gate_threshold(double gate_probability) { return -2.0 * std::log1p(-gate_probability); }
 
 // With 2 dof the law is exponential with mean 2, cut at g: 2 − g (1 − p)/p.

@@ -44,9 +44,12 @@ struct ReplayObservation {
   Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
   double nis = 0;  ///< νᵀ S⁻¹ ν of this observation alone, 2 dof
   RangeBearing whitened =
-      RangeBearing::Zero();     ///< its part of L⁻¹ν of the whole batch, S = L Lᵀ; if updated
-  double log_determinant = 0;   ///< its part of ln det S of the batch, 2 Σ ln L_ii over its rows; if updated
+      RangeBearing::Zero();  ///< its part of L⁻¹ν of the whole batch, S = L Lᵀ; if updated
+  Eigen::Matrix2d root = Eigen::Matrix2d::Identity();  ///< its block of L on the diagonal; if updated
   bool first_of_batch = false;  ///< of the observations updated together the first: its gate knows no other
+
+  /// Its part of ln det S of the batch; if updated.
+  double log_determinant() const { return 2.0 * root.diagonal().array().log().sum(); }
 };
 
 /// One batch update: the statistic whose sum over updates has independent terms under consistency.
@@ -139,6 +142,9 @@ struct ReplayResult {
   std::vector<int> anchors;         ///< surveyed landmarks that are no states
   std::vector<Point> survey_m;      ///< all surveyed landmarks
 };
+
+/// Whether the reference is a pose, and not the position alone.
+bool has_true_heading(const ReplayResult& result);
 
 /// E[ν | ν ≤ g] for 2 dof and a gate of probability p, g = −2 ln(1 − p); 2 without a gate.
 double expected_nis(double gate_probability);

@@ -109,7 +109,7 @@ PartInnovations innovations_of(const ReplayResult& result, const ObservationRang
     if (number < range.first || number >= range.last) continue;
     part.record.whitened.emplace_back(observation.whitened);
     part.record.nis.push_back(observation.whitened.squaredNorm());
-    part.score.add_normalised(observation.whitened, observation.log_determinant);
+    part.score.add_normalised(observation.whitened, observation.log_determinant());
   }
   return part;
 }
@@ -255,7 +255,7 @@ UnitScores ReplayScore::play(const std::vector<double>& factors) const {
           std::min(number * stretches_ / std::max<Index>(result.updated, 1), stretches_ - 1))];
       if (observation.outcome == ObservationOutcome::update_failed) unit.spoil();
       if (observation.outcome != ObservationOutcome::updated) continue;
-      unit.add_normalised(observation.whitened, observation.log_determinant);
+      unit.add_normalised(observation.whitened, observation.log_determinant());
       ++number;
     }
   });

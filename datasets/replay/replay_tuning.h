@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/sums/recorded_run.h"
 #include "analysis/tuning/black_box_score.h"
+#include "analysis/tuning/innovation_tests.h"
 #include "analysis/tuning/tuning.h"
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/mrclam.h"

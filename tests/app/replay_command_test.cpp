@@ -70,7 +70,11 @@ TEST_F(ReplayCommand, CarparkGivesTheKeysOfTheContract) {
     EXPECT_TRUE(j.contains(key)) << key;
   for (const char* key : {"vehicle_max", "vehicle_final", "landmarks_max", "landmarks_final"})
     EXPECT_TRUE(j["covariance"].contains(key)) << key;
+  EXPECT_EQ(j["judgement"]["verdict"], "pessimistic");
+  EXPECT_EQ(j["judgement"]["nees"]["verdict"], "undecided");
+  EXPECT_EQ(j["judgement"]["nees"]["values"], 626);
   EXPECT_EQ(j["judgement"]["innovations"]["nis"]["verdict"], "pessimistic");
+  EXPECT_EQ(j["judgement"]["innovations"]["nis"]["values"], 873);
   EXPECT_EQ(j["judgement"]["maps"][0]["shape"]["dof"], 27);
 }
 

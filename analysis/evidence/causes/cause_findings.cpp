@@ -40,7 +40,7 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   if (largest && !sums.sensor.nis_alone) f.whiteness = s.whiteness;
   f.not_white = f.not_white || not_white;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
-  if (s.gate) f.gate = s.gate;
+  if (s.gate && !s.gate->known) f.gate = s.gate;
   if (!s.gate) f.cut_off = cut_off_of(sums, s);
   if (!f.rejection) f.rejection = find_gate_rejection(sums.changes);
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;

@@ -23,11 +23,13 @@ namespace credence::internal {
 struct Evidence;
 struct Judgement;
 
-/// A gate that the innovations had to pass: none lies beyond, and those within follow the law cut off there.
+/// A gate that the innovations had to pass: none lies beyond, and those within follow the law cut off there
+/// unless it was known before.
 struct GateFound {
   double nis = 0.0;       ///< the largest there is
   double expected = 0.0;  ///< values beyond it without a gate
-  double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling): it fits
+  double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling)
+  bool known = false;     ///< to whoever made the evidence: it need not fit, and is no cause
 };
 
 /// What the tests found; what was not tested stays empty.

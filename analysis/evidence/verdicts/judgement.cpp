@@ -14,6 +14,7 @@
 #include "analysis/evidence/verdicts/judgement_settling.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
+#include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/correlated_mean.h"
 #include "core/nan.h"
 
@@ -106,6 +107,11 @@ CoverageVerdict judge_region(const CoverageSums::Region& region, double confiden
   return judge_coverage(region.count, expected, confidence);
 }
 
+/// NIS within a gate beyond which the first bins have none, against the law cut off there.
+GoodnessOfFit fit_within(const SensorSums& s, std::size_t bins) {
+  return test_uniform(UniformHistogram(std::span(s.fit.counts()).first(bins), s.fit.invalid()));
+}
+
 /// A gate, where that many empty bins at the top cannot be chance and the rest is not clearly of another law:
 /// of a filter whose gate is not seen NIS are too small.
 std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
@@ -119,7 +125,7 @@ std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
   const double expected =
       values * static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
   if (used < 2 || expected < kFewest) return std::nullopt;
-  const GoodnessOfFit fit = test_uniform(UniformHistogram(std::span(counts).first(used), s.fit.invalid()));
+  const GoodnessOfFit fit = fit_within(s, used);
   if (!(fit.anderson_p_value > kMisfit * (1.0 - confidence))) return std::nullopt;
   return GateFound{s.largest_nis, expected, fit.anderson_p_value};
 }
@@ -132,12 +138,27 @@ bool is_rounded(const CoverageCount& ties) {
   return ties.total >= kFewest && static_cast<double>(ties.inside) > kShare * static_cast<double>(ties.total);
 }
 
-SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence) {
+/// Of values of one dimension that a known gate has let through: their law, and the gate.
+void judge_within_gate(const SensorSums& s, double gate, SensorJudgement& result) {
+  if (!std::isfinite(gate) || s.by_dimension.size() != 1) return;
+  const double within = chi_square_cdf(gate, static_cast<double>(s.by_dimension.begin()->first));
+  const auto bins = static_cast<double>(s.fit.counts().size());
+  const double used = std::clamp(std::ceil(within * bins), 2.0, bins);
+  result.fit = fit_within(s, static_cast<std::size_t>(used));
+  result.gate = GateFound{.nis = gate,
+                          .expected = static_cast<double>(s.fit.count()) * (1.0 - within) / within,
+                          .p_value = result.fit.anderson_p_value,
+                          .known = true};
+}
+
+SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence, double gate) {
   SensorJudgement result;
   result.name = s.sensor.name;
   result.of_sum = s.varies;
   const StepSeries nis = series_of(s.nis, steps);
-  result.gate = find_gate(s, confidence);
+  result.fit = test_uniform(s.fit);
+  judge_within_gate(s, gate, result);
+  if (!result.gate) result.gate = find_gate(s, confidence);
   result.nis = judge_sensor_nis(s, result.gate, nis, confidence);
   const LagProducts& lags = s.varies ? s.scalar_lags : s.lags;
   result.whiteness = test_whiteness(lags, confidence);
@@ -150,7 +171,6 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   } else {
     result.mean = test_correlated_mean(s.varies ? s.scalar_values : s.values, lags, confidence);
   }
-  result.fit = test_uniform(s.fit);
   if (is_rounded(s.ties)) {
     result.fit.kolmogorov_p_value = result.fit.anderson_p_value = kNaN;
     result.fit.reason = "not tested: the values are rounded, as many are equal to another";
@@ -159,13 +179,13 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   return result;
 }
 
-void judge_scales(const Evidence& e, Judgement& j) {
+void judge_scales(const Evidence& e, const JudgementContext& context, Judgement& j) {
   j.scale_covariance = scale_of_covariance(j.nees);
   const double alpha = 1.0 - j.confidence;
   const auto shared = [alpha](const SensorPairJudgement& p) { return p.correlation.p_value <= alpha; };
   j.scale_innovation = std::ranges::any_of(j.law.sensor_pairs, shared)
                            ? no_scale("sensors of the same step are correlated")
-                           : scale_of_innovation(j.nis);
+                           : context.scale_innovation.value_or(scale_of_innovation(j.nis));
   Moments share;
   for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
   j.scale_measurement_noise = share.count > 0 && share.mean > 0.0
@@ -300,7 +320,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.runs = e.study.runs;
   j.confidence = context.confidence;
   for (const SensorSums& sensor : e.sensors) {
-    j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence));
+    j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
   }
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
   const SkewedMoments stretches = stretches_of(e, all);
@@ -313,7 +333,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   judge_ends(e, j);
   j.law = judge_law(e, all, j.confidence, context.margin);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
-  judge_scales(e, j);
+  judge_scales(e, context, j);
   j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, stretches, j)
                                                 : settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);

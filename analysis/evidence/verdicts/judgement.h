@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -113,6 +114,11 @@ struct JudgementContext {
   bool placed_by_errors = false;
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;
+  /// Innovations of a larger NIS are left out, as whoever made the evidence knows: all are of one sensor and
+  /// of one dimension.
+  double gate = std::numeric_limits<double>::infinity();
+  /// The factor on S, where more is known of it than that the innovations are white.
+  std::optional<ScaleAdvice> scale_innovation{};
   std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
 };
 

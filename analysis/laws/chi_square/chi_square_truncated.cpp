@@ -17,12 +17,6 @@ void require_gate(double gate) {
 
 }  // namespace
 
-double truncated_chi_square_cdf(double x, double dof, double gate) {
-  require_gate(gate);
-  if (std::isnan(x)) return x;
-  return std::min(1.0, chi_square_cdf(x, dof) / chi_square_cdf(gate, dof));
-}
-
 Cumulants truncated_chi_square_cumulants(double dof, double gate) {
   require_gate(gate);
   const double passed = chi_square_cdf(gate, dof);

@@ -11,9 +11,6 @@
 
 namespace credence::internal {
 
-/// P(X ≤ x | X ≤ gate), X ~ χ²(dof).
-double truncated_chi_square_cdf(double x, double dof, double gate);
-
 /// Mean, variance and third cumulant of χ²(dof) given that it is at most `gate`, from
 /// E[X^j | X ≤ gate] = dof (dof + 2) … (dof + 2j − 2) F_{dof+2j}(gate) / F_dof(gate).
 Cumulants truncated_chi_square_cumulants(double dof, double gate);

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
-#include "analysis/laws/chi_square/chi_square_truncated.h"
 #include "core/nan.h"
 #include "core/types.h"
 
@@ -213,12 +212,6 @@ std::vector<double> nis_to_uniform(std::span<const double> nis, std::span<const 
   }
   std::vector<double> uniform(nis.size());
   for (std::size_t i = 0; i < nis.size(); ++i) uniform[i] = chi_square_cdf(nis[i], dof[i]);
-  return uniform;
-}
-
-std::vector<double> gated_nis_to_uniform(std::span<const double> nis, double dof, double gate) {
-  std::vector<double> uniform(nis.size());
-  for (std::size_t i = 0; i < nis.size(); ++i) uniform[i] = truncated_chi_square_cdf(nis[i], dof, gate);
   return uniform;
 }
 

@@ -41,7 +41,4 @@ GoodnessOfFit test_uniform(std::vector<double> values);
 /// F(nis[i]; dof[i]): the values that test_uniform wants. Sizes must agree (std::invalid_argument).
 std::vector<double> nis_to_uniform(std::span<const double> nis, std::span<const double> dof);
 
-/// The same for gated NIS, all of one dimension.
-std::vector<double> gated_nis_to_uniform(std::span<const double> nis, double dof, double gate);
-
 }  // namespace credence::internal

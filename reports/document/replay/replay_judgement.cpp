@@ -3,36 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "datasets/logs/alignment.h"
+#include "datasets/logs/judge_logs.h"
+#include "datasets/replay/replay_log.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {
-
-RecordedInnovations innovations_of(const ReplayResult& result) {
-  RecordedInnovations run;
-  const bool gated = result.settings.filter.gate > 0.0;
-  if (gated) run.gate = gate_threshold(result.settings.filter.gate);
-  for (const ReplayObservation& observation : result.records) {
-    if (observation.outcome != ObservationOutcome::updated) continue;
-    run.whitened.emplace_back(observation.whitened);
-    if (!gated) run.nis.push_back(observation.whitened.squaredNorm());
-    if (gated && observation.first_of_batch) run.nis.push_back(observation.nis);
-  }
-  return run;
-}
-
-RecordedNees nees_of(const ReplayResult& result) {
-  RecordedNees run;
-  for (const ReplayReference& reference : result.references) {
-    if (reference.singular) continue;
-    run.time_s.push_back(reference.time_s);
-    run.nees.push_back(reference.nees);
-  }
-  return run;
-}
 
 MapConsistency map_of(const ReplayResult& result) {
   std::vector<Point> truth, estimate;
@@ -57,24 +40,47 @@ MapConsistency map_of(const ReplayResult& result) {
   return judge_map(mapped, placed, aligned, result.map_covariance);
 }
 
-std::string about_reference(const ReplayResult& result, std::size_t runs) {
-  const bool heading = !result.references.empty() && result.references.front().dof == 3;
-  std::string truth = heading ? fmt::format(
-                                    "Motion capture gives the whole pose; its own heading is known to {}° "
-                                    "only, which is added to P.",
-                                    number_text(result.settings.truth.heading_std_deg, 2))
-                              : "GPS gives no heading: the NEES is that of the position, 2 dof, and nothing "
-                                "is said of the heading or of the pose.";
-  if (runs > 1) return truth;
-  return truth +
-         " One run is no sample of runs: its NEES is tested by bounds that hold for any correlation in time, "
-         "and those can show that P is too small, hardly that it is too large.";
+/// The gate of all. Throws std::invalid_argument where they differ.
+double common_gate(std::span<const ReportedReplay> replays) {
+  const double gate = gate_of(replays.front().result);
+  for (const ReportedReplay& replay : replays) {
+    if (gate_of(replay.result) == gate) continue;
+    throw std::invalid_argument(
+        fmt::format("replays judged together must have one filter.gate, not {} and {}",
+                    replays.front().result.settings.filter.gate, replay.result.settings.filter.gate));
+  }
+  return gate;
+}
+
+/// Keeps the NIS of every run that passes.
+class NisSink final : public ForwardingSink {
+ public:
+  NisSink(LogSink& next, std::vector<double>& nis) : ForwardingSink(next), nis_(nis) {}
+
+  void add(const Step& step) override {
+    for (const Innovation& innovation : step.innovations) {
+      if (innovation.nu.size() == 0) continue;
+      nis_.push_back(normalised_error(innovation.nu, innovation.S).value);
+    }
+    ForwardingSink::add(step);
+  }
+
+ private:
+  std::vector<double>& nis_;
+};
+
+std::string about_reference(const ReplayResult& result) {
+  if (!has_true_heading(result))
+    return "GPS gives no heading: the NEES is that of the position, 2 dof, and nothing is said of the "
+           "heading "
+           "or of the pose.";
+  return fmt::format(
+      "Motion capture gives the whole pose; its own heading is known to {}° only, which is added to P.",
+      number_text(result.settings.truth.heading_std_deg, 2));
 }
 
 /// What the scale that suits the innovations would do to the map's shape; empty unless it contradicts it.
-std::string contradiction(const ReplayJudgement& judgement, double confidence) {
-  const NormalisedError& shape = judgement.maps.front().shape;
-  const double scale = judgement.innovations.noise_scale.scale;
+std::string contradiction(const NormalisedError& shape, double scale, double confidence) {
   if (!shape.ok || !(scale > 0.0)) return "";
   const double scaled = shape.value / scale;
   if (two_sided_p_value(scaled, static_cast<double>(shape.dof)) > 1.0 - confidence) return "";
@@ -84,37 +90,37 @@ std::string contradiction(const ReplayJudgement& judgement, double confidence) {
       number_text(scale, 3), number_text(scaled, 4), shape.dof);
 }
 
-void add_limits(ReplayJudgement& judgement, std::span<const ReportedReplay> replays, double confidence) {
+/// What is not judged, and what the tests assume.
+std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<const ReportedReplay> replays,
+                                   double confidence) {
   const ReplayResult& first = replays.front().result;
-  std::vector<std::string>& limits = judgement.limits;
-  limits.push_back(about_reference(first, replays.size()));
-  if (judgement.innovations.whiteness.reason.empty() && !judgement.innovations.whiteness.white)
-    limits.push_back(
-        fmt::format("The sum of the NIS and its law assume white innovations, which these are not (p {}{}); "
-                    "the interval of the noise scale assumes nothing of the kind.",
-                    judgement.innovations.whiteness.p_value < 1e-12 ? "" : "= ",
-                    p_value_text(judgement.innovations.whiteness.p_value)));
-  if (first.settings.filter.gate > 0.0)
+  const double gate = first.settings.filter.gate;
+  std::vector<std::string> limits{about_reference(first)};
+  for (const SensorJudgement& sensor : judgement.logs.analysis.judgement.sensors) {
+    if (sensor.whiteness.white || !sensor.whiteness.reason.empty()) continue;
+    limits.emplace_back(
+        "The verdict on NIS and its law assume white innovations, which these are not; the interval of the "
+        "factor on S assumes nothing of the kind.");
+  }
+  if (gate > 0.0)
     limits.push_back(
         fmt::format("Innovations had to pass a gate of {} %: NIS and its law are those of the first "
                     "observation of each time, cut at the gate.",
-                    number_text(100.0 * first.settings.filter.gate, 4)));
+                    number_text(100.0 * gate, 4)));
   if (first.settings.filter.inflation != Inflation::none)
-    limits.push_back("P is inflated to decorrelate it: pessimistic is what inflation is meant to be.");
-  if (replays.size() == 1 && first.settings.filter.gate <= 0.0)
-    if (const std::string words = contradiction(judgement, confidence); !words.empty())
-      limits.push_back(words);
-  limits.push_back(
+    limits.emplace_back("P is inflated to decorrelate it: pessimistic is what inflation is meant to be.");
+  if (replays.size() == 1 && gate <= 0.0) {
+    std::string words = contradiction(judgement.maps.front().shape, judgement.noise_scale.scale, confidence);
+    if (!words.empty()) limits.push_back(std::move(words));
+  }
+  limits.emplace_back(
       "The map as it lies carries the error of the start, which the innovations cannot see; its shape does "
       "not. The survey is taken as exact.");
-  const bool any_ideal = std::any_of(replays.begin(), replays.end(), [](const auto& r) { return r.ideal; });
-  if (any_ideal)
-    limits.push_back(
+  if (std::ranges::any_of(replays, [](const auto& r) { return r.ideal.has_value(); }))
+    limits.emplace_back(
         "Jacobians at the truth are no filter that could be built: they show what of the NEES comes from the "
         "EKF's linearisation at its own estimates, as long as these are near the truth.");
-  limits.push_back(fmt::format(
-      "All verdicts at {} % confidence; the four tests of the innovations are adjusted for being four.",
-      number_text(100.0 * confidence, 3)));
+  return limits;
 }
 
 }  // namespace
@@ -124,20 +130,40 @@ std::string replay_name(const ReplayResult& result) {
 }
 
 ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double confidence) {
-  constexpr double kIntervalS = 1.0;
-  std::vector<RecordedInnovations> innovations;
-  std::vector<RecordedNees> nees;
+  const double gate = common_gate(replays);
   ReplayJudgement judgement;
-  double dof = 2.0;
+  std::vector<std::filesystem::path> names;
   for (const ReportedReplay& replay : replays) {
-    innovations.push_back(innovations_of(replay.result));
-    nees.push_back(nees_of(replay.result));
+    names.emplace_back(replay_name(replay.result));
     judgement.maps.push_back(map_of(replay.result));
-    dof = replay.result.vehicle_nees.expected > 0.0 ? replay.result.vehicle_nees.expected : dof;
   }
-  judgement.innovations = test_recorded_innovations(innovations, confidence);
-  judgement.nees = judge_recorded_nees(nees, dof, kIntervalS, confidence);
-  add_limits(judgement, replays, confidence);
+  std::vector<std::vector<double>> nis(replays.size());
+  const auto read = [&](const std::filesystem::path& name, LogSink& sink) {
+    const auto run = static_cast<std::size_t>(&name - names.data());
+    NisSink keeping(sink, nis[run]);
+    read_replay(replays[run].result, keeping);
+  };
+  LogJudgeResult read_logs = judge_logs(names, read, {.threads = 1});
+  judgement.noise_scale = noise_scale(nis, 2.0, gate, confidence);
+  const NoiseScale& noise = judgement.noise_scale;
+  CheckedLogs& logs = judgement.logs;
+  logs.name = fmt::format("EKF-SLAM on {}",
+                          replays.size() == 1 ? names.front().string() : replays.front().result.dataset);
+  logs.format = "replayed observations, and the filter beside its reference";
+  logs.analysis = analyse_collected(
+      std::move(read_logs.evidence), read_logs.calibration,
+      {.confidence = confidence,
+       .gate = gate,
+       .scale_innovation =
+           noise.reason.empty()
+               ? ScaleAdvice{.factor = noise.scale, .lower = noise.lower, .upper = noise.upper}
+               : no_scale(noise.reason),
+       .times =
+           read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr},
+      false);
+  logs.calibration = judge_calibration(read_logs.calibration, confidence);
+  logs.units = unit_factors(read_logs.calibration);
+  logs.remarks = limits_of(judgement, replays, confidence);
   return judgement;
 }
 

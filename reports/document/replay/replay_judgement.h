@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/sums/recorded_run.h"
+#include "analysis/evidence/verdicts/map_consistency.h"
+#include "analysis/tuning/noise_scale.h"
 #include "datasets/replay/replay_result.h"
+#include "reports/document/logs/log_report.h"
 
 namespace credence::internal {
 
@@ -17,20 +19,15 @@ struct ReportedReplay {
   std::optional<ReplayResult> ideal;
 };
 
-/// What one replay, or several as independent runs, can tell; of a verdict that the data cannot support, why
-/// not.
+/// What one replay, or several as independent runs, can tell.
 struct ReplayJudgement {
-  RecordedNeesVerdict nees;  ///< position against GPS, or pose against motion capture; every second
-  InnovationTests innovations;
+  CheckedLogs logs;                  ///< judged as logs are; its remarks are the limits
+  NoiseScale noise_scale;            ///< as innovations of a replay are hardly white
   std::vector<MapConsistency> maps;  ///< of each run
-  std::vector<std::string> limits;   ///< sentences: what is not judged, and what the tests assume
 };
 
-/// Judges replays of one data set with the same gate.
-///
-/// Without a gate the whitened observations of all batches are tested, which are independent under
-/// consistency; with one the first observation of each batch alone, whose law is the truncated χ² exactly.
-/// Throws std::invalid_argument for gates that differ.
+/// Judges replays of one data set as the logs that read_replay makes of them, within the gate that they have.
+/// Throws std::invalid_argument for gates that differ, and DataError for a run that is there twice.
 ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double confidence = 0.95);
 
 /// "carpark", "mrclam, robot 1".

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <span>
 
+#include "analysis/evidence/verdicts/judgement_tests.h"
 #include "core/nan.h"
 #include "reports/document/study/judgement_json.h"
 #include "reports/document/verdict_text.h"
@@ -15,10 +17,6 @@
 
 namespace credence::internal {
 namespace {
-
-bool has_true_heading(const ReplayResult& r) {
-  return !r.references.empty() && r.references.front().dof == 3;
-}
 
 std::string mean_text(const ReplayMean& mean) {
   return mean.count > 0 ? number_text(mean.mean()) : std::string("none");
@@ -47,12 +45,6 @@ void add_counts(ReportTable& table, const ReplayResult& r) {
                unused_rows(r)});
 }
 
-TableCell says(double p_value, double confidence, const char* accepted, const char* rejected) {
-  if (!std::isfinite(p_value)) return {"not tested", CellTone::muted};
-  return p_value > 1.0 - confidence ? TableCell(accepted, CellTone::good)
-                                    : TableCell(rejected, CellTone::caution);
-}
-
 TableCell map_verdict(const NormalisedError& error, double p_value, double confidence) {
   if (!error.ok) return verdict_cell(Verdict::undecided);
   if (p_value > 1.0 - confidence) return verdict_cell(Verdict::consistent);
@@ -60,24 +52,23 @@ TableCell map_verdict(const NormalisedError& error, double p_value, double confi
                                                                    : Verdict::pessimistic);
 }
 
-void add_map(ReportTable& table, const char* what, const NormalisedError& error, double p_value,
-             const std::string& run, double confidence) {
-  table.add(
-      {what, error.ok ? TableCell(error.value) : TableCell("–"), TableCell(error.dof), p_value_text(p_value),
-       map_verdict(error, p_value, confidence),
-       error.ok ? fmt::format("{}one vector of {} dof", run, error.dof) : run + std::string(error.reason)});
-}
-
-std::string noise_words(const NoiseScale& scale) {
-  if (!scale.reason.empty()) return fmt::format("no interval: {}", scale.reason);
-  return fmt::format("{} … {} by {} stretches; deviations × {}", number_text(scale.lower, 3),
-                     number_text(scale.upper, 3), scale.stretches, number_text(std::sqrt(scale.scale), 3));
-}
-
-TableCell noise_says(const NoiseScale& scale) {
-  if (!scale.reason.empty()) return verdict_cell(Verdict::undecided);
-  if (scale.upper < 1.0) return verdict_cell(Verdict::pessimistic);
-  return verdict_cell(scale.lower > 1.0 ? Verdict::optimistic : Verdict::consistent);
+ReportTable map_table(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "The final map against the survey, one vector of all its landmarks",
+                    .columns = {{"NEES", words}, {"value"}, {"dof"}, {"p"}, {"verdict", words}}};
+  const double confidence = judgement.logs.analysis.judgement.confidence;
+  for (std::size_t i = 0; i < judgement.maps.size(); ++i) {
+    const std::string run = replays.size() > 1 ? replays[i].result.run + ": " : "";
+    const auto add = [&](const char* what, const NormalisedError& error, double p_value) {
+      table.add({run + what, error.ok ? TableCell(error.value) : TableCell("–"), TableCell(error.dof),
+                 p_value_text(p_value), map_verdict(error, p_value, confidence)});
+      if (!error.ok) table.notes.push_back(fmt::format("{}{}: {}.", run, what, error.reason));
+    };
+    const MapConsistency& map = judgement.maps[i];
+    add("the map as it lies", map.placed, map.placed_p_value);
+    add("its shape", map.shape, map.shape_p_value);
+  }
+  return table;
 }
 
 ReportTable replay_table(const ReportedReplay& replay) {
@@ -143,74 +134,6 @@ ReportTable replays_table(std::span<const ReportedReplay> replays) {
   return table;
 }
 
-// The worst of both: innovations that contradict S are never behind a green word for the error.
-ReportAnswer replay_answer(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
-  const ConsistencyVerdict& nees = judgement.nees.verdict;
-  const NoiseScale& noise = judgement.innovations.noise_scale;
-  const char* what = has_true_heading(replays.front().result) ? "pose" : "position";
-  const std::string name = replays.size() == 1
-                               ? replay_name(replays.front().result)
-                               : fmt::format("{} runs of {}", replays.size(), replays.front().result.dataset);
-  ReportAnswer answer{verdict_cell(nees.verdict).tone, ""};
-  answer.text =
-      nees.verdict == Verdict::undecided
-          ? fmt::format("{}: undecided, {}", name, nees.reason)
-          : fmt::format("EKF-SLAM on {} is {} in {}: NEES {} where {} is expected", name,
-                        to_string(nees.verdict), what, number_text(nees.mean), number_text(nees.expected));
-  const TableCell innovations = noise_says(noise);
-  if (innovations.tone == CellTone::good || !noise.reason.empty()) return answer;
-  answer.tone = std::max(answer.tone, innovations.tone);
-  answer.text +=
-      fmt::format("; {} in its innovations: all variances × {} ({} … {}) would suit them", innovations.text,
-                  number_text(noise.scale, 3), number_text(noise.lower, 3), number_text(noise.upper, 3));
-  return answer;
-}
-
-ReportTable judgement_table(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
-  using enum ColumnAlign;
-  ReportTable table{
-      .title = replays.size() == 1 ? "What this run supports" : "What these runs support together",
-      .columns = {{"test", words}, {"value"}, {"expected"}, {"p"}, {"says", words}, {"from", words}},
-      .notes = judgement.limits};
-  const ConsistencyVerdict& nees = judgement.nees.verdict;
-  const double confidence = nees.confidence;
-  table.add({has_true_heading(replays.front().result) ? "NEES of the pose" : "NEES of the position",
-             nees.mean, nees.expected, p_value_text(nees.p_value), verdict_cell(nees.verdict),
-             fmt::format("{} seconds of {} run{}; accepted {} … {}", nees.steps_tested, replays.size(),
-                         replays.size() == 1 ? "" : "s", number_text(nees.bounds.lower, 3),
-                         number_text(nees.bounds.upper, 3))});
-  const InnovationTests& t = judgement.innovations;
-  const std::vector<double>& p = t.adjusted_p_value;
-  table.add({"mean NIS", t.nis.mean, t.nis.expected, p_value_text(p[0]), verdict_cell(t.nis.verdict),
-             fmt::format("{} values; accepted {} … {}", t.nis.count, number_text(t.nis.bounds.lower, 4),
-                         number_text(t.nis.bounds.upper, 4))});
-  table.add({"NIS against its law", t.fit.kolmogorov, "", p_value_text(p[1]),
-             says(p[1], confidence, "fits", "does not fit"),
-             "Kolmogorov's D; p with Anderson and Darling's A²"});
-  double largest = 0.0;
-  for (const double rho : t.whiteness.autocorrelation)
-    if (std::abs(rho) > std::abs(largest)) largest = rho;
-  table.add({"whiteness", largest, 0.0, p_value_text(p[2]), says(p[2], confidence, "white", "not white"),
-             t.whiteness.reason.empty()
-                 ? std::string("largest autocorrelation of lags 1 to 10; Hosking's test")
-                 : std::string(t.whiteness.reason)});
-  table.add({"mean innovation (σ)", t.mean.size() > 0 ? TableCell(t.mean(0)) : TableCell("–"), 0.0,
-             p_value_text(p[3]), says(p[3], confidence, "no bias seen", "biased"),
-             t.mean.size() < 2
-                 ? std::string("range")
-                 : fmt::format("range; bearing {}{}", number_text(t.mean(1), 3),
-                               t.mean_reason.empty() ? "" : "; " + std::string(t.mean_reason))});
-  table.add({"noise scale of variances", t.noise_scale.scale, 1.0, "", noise_says(t.noise_scale),
-             noise_words(t.noise_scale)});
-  for (std::size_t i = 0; i < judgement.maps.size(); ++i) {
-    const std::string run = replays.size() > 1 ? replays[i].result.run + ": " : "";
-    const MapConsistency& map = judgement.maps[i];
-    add_map(table, "NEES of the map as it lies", map.placed, map.placed_p_value, run, confidence);
-    add_map(table, "NEES of its shape", map.shape, map.shape_p_value, run, confidence);
-  }
-  return table;
-}
-
 // ---- JSON
 
 Json mean_json(const ReplayMean& mean) {
@@ -272,27 +195,41 @@ Json run_json(const ReportedReplay& replay) {
   return j;
 }
 
-Json innovations_json(const InnovationTests& t) {
+/// Adjusted for all tests of the battery; of several the smallest.
+double adjusted_p_value(const Judgement& j, std::initializer_list<const char*> names) {
+  double smallest = kNaN;
+  for (const char* name : names) {
+    const auto test = std::ranges::find(j.tests, name, &NamedTest::name);
+    if (test != j.tests.end()) smallest = std::fmin(smallest, test->adjusted);
+  }
+  return smallest;
+}
+
+Json innovations_json(const Judgement& judgement, const NoiseScale& noise) {
+  const SensorJudgement s = judgement.sensors.empty() ? SensorJudgement{} : judgement.sensors.front();
   Json j;
-  j["nis"] = verdict_json(t.nis);
-  j["goodness_of_fit"] = {{"kolmogorov", t.fit.kolmogorov},
-                          {"kolmogorov_p_value", t.fit.kolmogorov_p_value},
-                          {"anderson", t.fit.anderson},
-                          {"anderson_p_value", t.fit.anderson_p_value},
-                          {"reason", text_or_null(t.fit.reason)}};
-  j["whiteness"] = {{"autocorrelation", t.whiteness.autocorrelation},
-                    {"band", t.whiteness.band},
-                    {"p_value", t.whiteness.p_value},
-                    {"white", t.whiteness.white},
-                    {"reason", text_or_null(t.whiteness.reason)}};
-  j["mean"] = {
-      {"value", json_vector(t.mean)}, {"p_value", t.mean_p_value}, {"reason", text_or_null(t.mean_reason)}};
-  j["noise_scale"] = {{"value", t.noise_scale.scale},
-                      {"lower", t.noise_scale.lower},
-                      {"upper", t.noise_scale.upper},
-                      {"stretches", t.noise_scale.stretches},
-                      {"reason", text_or_null(t.noise_scale.reason)}};
-  j["adjusted_p_value"] = t.adjusted_p_value;
+  j["nis"] = verdict_json(judgement.nis);
+  j["goodness_of_fit"] = {{"kolmogorov", s.fit.kolmogorov},
+                          {"kolmogorov_p_value", s.fit.kolmogorov_p_value},
+                          {"anderson", s.fit.anderson},
+                          {"anderson_p_value", s.fit.anderson_p_value},
+                          {"reason", text_or_null(s.fit.reason)}};
+  j["whiteness"] = {{"autocorrelation", s.whiteness.autocorrelation},
+                    {"band", s.whiteness.band},
+                    {"p_value", s.whiteness.p_value},
+                    {"white", s.whiteness.white},
+                    {"reason", text_or_null(s.whiteness.reason)}};
+  j["mean"] = {{"value", json_vector(s.mean.mean)},
+               {"p_value", s.mean.p_value},
+               {"reason", text_or_null(s.mean.reason)}};
+  j["noise_scale"] = {{"value", noise.scale},
+                      {"lower", noise.lower},
+                      {"upper", noise.upper},
+                      {"stretches", noise.stretches},
+                      {"reason", text_or_null(noise.reason)}};
+  j["adjusted_p_value"] = {
+      adjusted_p_value(judgement, {"NIS"}), adjusted_p_value(judgement, {kNisBody, kNisTails}),
+      adjusted_p_value(judgement, {kWhiteness}), adjusted_p_value(judgement, {kInnovationMean})};
   return j;
 }
 
@@ -303,16 +240,21 @@ Json error_json(const NormalisedError& error, double p_value) {
           {"reason", text_or_null(error.reason)}};
 }
 
-Json replay_judgement_json(const ReplayJudgement& judgement) {
+Json replay_judgement_json(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
+  const Judgement& all = judgement.logs.analysis.judgement;
   Json j;
-  j["nees"] = verdict_json(judgement.nees.verdict);
-  j["nees"]["run_means"] = judgement.nees.run_mean;
-  j["innovations"] = innovations_json(judgement.innovations);
+  j["verdict"] = to_string(all.word.verdict);
+  j["word"] = word_json(all.word);
+  j["nees"] = verdict_json(all.nees);
+  j["nees"]["run_means"] = json_list(
+      replays, [](const ReportedReplay& replay) { return mean_json(replay.result.vehicle_nees)["mean"]; });
+  j["innovations"] = innovations_json(all, judgement.noise_scale);
+  j["battery"] = judgement_json(all);
   j["maps"] = json_list(judgement.maps, [](const MapConsistency& map) -> Json {
     return {{"placed", error_json(map.placed, map.placed_p_value)},
             {"shape", error_json(map.shape, map.shape_p_value)}};
   });
-  j["limits"] = judgement.limits;
+  j["limits"] = judgement.logs.remarks;
   return j;
 }
 
@@ -325,41 +267,9 @@ std::string replay_json(std::span<const ReportedReplay> replays, const ReplayJud
     j["dataset"] = replays.front().result.dataset;
     j["runs"] = json_list(replays, run_json);
   }
-  j["judgement"] = replay_judgement_json(judgement);
+  j["judgement"] = replay_judgement_json(replays, judgement);
   j["null_reason"] = "null: no value contributes to this number, or the reason beside it";
   return text_of_json(j);
-}
-
-// ---- Figures
-
-/// NEES of every run over time, and their average with the bounds of its verdict.
-Figure nees_figure(std::span<const ReportedReplay> replays, const RecordedNeesVerdict& nees) {
-  Panel panel{.title = "NEES over time", .x_label = "time (s)", .y_label = "NEES", .log_y = true};
-  for (std::size_t i = 0; i < replays.size(); ++i) {
-    FigureData t, value;
-    for (const ReplayReference& reference : replays[i].result.references) {
-      t.push_back(reference.time_s);
-      value.push_back(reference.nees > 0.0 ? reference.nees : kNaN);
-    }
-    panel.series.push_back(
-        line_series(replay_name(replays[i].result), numbered_role(static_cast<Index>(i)), t, value));
-  }
-  FigureData t, upper;
-  for (std::size_t k = 0; k < nees.time_s.size(); ++k) {
-    const StepTest& step = nees.verdict.steps[k];
-    t.push_back(nees.time_s[k]);
-    upper.push_back(step.count > 0 ? step.simultaneous_upper : kNaN);
-  }
-  panel.series.push_back(
-      line_series("a consistent filter's average stays below", ColourRole::bound, t, upper));
-  panel.series.push_back(level_series("expected", ColourRole::truth, nees.verdict.expected));
-  panel.series.back().stroke = StrokeStyle::dotted;
-  return {.name = "nees",
-          .caption =
-              "NEES of each run against its reference; the bound holds for the average of the runs at "
-              "all seconds together.",
-          .panels = {panel},
-          .row_height = 18.0};
 }
 
 std::string file_name(const ReplayResult& result) {
@@ -372,21 +282,18 @@ std::string file_name(const ReplayResult& result) {
 
 Document replay_document(const std::vector<ReportedReplay>& replays, const ReplayJudgement& judgement) {
   const bool alone = replays.size() == 1;
-  const ReplayResult& first = replays.front().result;
-  Document document(fmt::format("EKF-SLAM on {}", alone ? replay_name(first) : first.dataset),
-                    "Real data replayed");
-  document.answer = replay_answer(replays, judgement);
+  Document document = log_document(judgement.logs);
+  document.subtitle = "Real data replayed";
   document.json = [replays, judgement] { return replay_json(replays, judgement); };
 
-  const ReportTable judged = judgement_table(replays, judgement);
-  document.show_answer();
-  document.show_apart({alone ? replay_table(replays.front()) : replays_table(replays)});
-  document.brief.emplace_back(judged);
+  const ReportTable runs = alone ? replay_table(replays.front()) : replays_table(replays);
+  const ReportTable map = map_table(replays, judgement);
+  document.show({""});
+  document.show_apart({map, runs});
 
-  document.section("What can be said");
-  document.table(judged);
-  document.figure(nees_figure(replays, judgement.nees));
-  if (!alone) document.table(replays_table(replays));
+  document.section("Map");
+  document.table(map);
+  if (!alone) document.table(runs);
   for (std::size_t i = 0; i < replays.size(); ++i) {
     const ReplayResult& result = replays[i].result;
     document.section(replay_name(result));

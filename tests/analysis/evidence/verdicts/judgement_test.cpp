@@ -479,6 +479,64 @@ TEST(Judgement, AGateIsSeenWhereTenValuesAreMissing) {
   EXPECT_LE(accused, 11);  // 3, and five standard errors of a binomial(60, 0.05)
 }
 
+/// A run of so many rows whose innovations have passed a gate; their variances are `scale` times those of S.
+Evidence gated_run(int rows, double gate, double scale, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0.0, std::sqrt(scale));
+  EvidenceRecorder sums(RunLayout{.sensors = {{.name = "", .dim = 2, .piece = 2}}, .has_truth = false});
+  sums.begin_run();
+  for (int k = 1; k <= rows; ++k) {
+    Step row;
+    row.step = k;
+    Vector u(2);
+    do {
+      u << normal(random), normal(random);
+    } while (u.squaredNorm() > gate);
+    row.innovations = {{u, Matrix::Identity(2, 2)}};
+    sums.add(row);
+  }
+  return sums.take();
+}
+
+// Its mean is 2 − g (1 − p)/p = 1.685 at p = 95 %, and the level that of the plain verdict: within 5 standard
+// errors of the binomial count of 5 %.
+TEST(Judgement, WithinAKnownGateTheLawIsTheOneCutOffThere) {
+  constexpr double kGate = 5.991464547107979;  // −2 ln 0.05
+  constexpr int kStudies = 200;
+  int accused = 0, unfit = 0;
+  for (unsigned seed = 1; seed <= kStudies; ++seed) {
+    const Judgement j = judge(gated_run(150, kGate, 1.0, seed), {.gate = kGate});
+    EXPECT_NEAR(j.nis.expected, 2.0 - kGate * 0.05 / 0.95, 1e-12);
+    ASSERT_TRUE(j.sensors[0].gate && j.sensors[0].gate->known);
+    accused += is_inconsistent(j.nis.verdict) ? 1 : 0;
+    unfit += j.sensors[0].fit.anderson_p_value <= 0.05 ? 1 : 0;
+  }
+  const double most = 0.05 * kStudies + 5.0 * std::sqrt(0.05 * 0.95 * kStudies);
+  EXPECT_LE(accused, most);
+  EXPECT_LE(unfit, most);
+  EXPECT_GT(unfit, 0);
+  EXPECT_EQ(judge(gated_run(400, kGate, 0.5, 1), {.gate = kGate}).nis.verdict, Verdict::pessimistic);
+  EXPECT_EQ(judge(gated_run(400, kGate, 4.0, 1), {.gate = kGate}).nis.verdict, Verdict::optimistic);
+}
+
+TEST(Judgement, AKnownGateIsNoCause) {
+  const auto names_gate = [](const Judgement& j) {
+    return std::ranges::any_of(j.causes,
+                               [](const CauseFound& c) { return c.cause == Cause::gated_innovations; });
+  };
+  constexpr double kGate = 5.991464547107979;
+  const Evidence evidence = gated_run(1000, kGate, 1.0, 3);
+  EXPECT_TRUE(names_gate(judge(evidence)));
+  EXPECT_FALSE(names_gate(judge(evidence, {.gate = kGate})));
+}
+
+TEST(Judgement, AFactorOnSThatIsKnownBetterStandsInItsPlace) {
+  const Evidence evidence = logs_of(5, 200, 0.0, 1.0, [](Step& row, int) { row.innovations[0].nu *= 2.0; });
+  EXPECT_NEAR(judge(evidence).scale_innovation.factor, 4.0, 5.0 * 4.0 * std::sqrt(1.0 / 1000.0));
+  const ScaleAdvice known{.factor = 3.0, .lower = 1.0, .upper = 9.0};
+  EXPECT_EQ(judge(evidence, {.scale_innovation = known}).scale_innovation.upper, 9.0);
+}
+
 // Of 20 runs, too few for a measured correlation in time, the same as of one: nine of ten other studies show
 // it.
 TEST(Judgement, WhatTwentyRunsWouldHaveShownOthersShow) {

@@ -117,20 +117,6 @@ TEST(GoodnessOfFit, FindsAWrongScale) {
   EXPECT_GT(rates.histogram_anderson, 0.95);
 }
 
-TEST(GoodnessOfFit, GatedValuesFitTheTruncatedLawOnly) {
-  std::mt19937_64 generator(12);
-  std::chi_squared_distribution<double> chi(2.0);
-  const double gate = chi_square_quantile(0.95, 2.0);
-  std::vector<double> nis;
-  while (nis.size() < 3000) {
-    const double value = chi(generator);
-    if (value <= gate) nis.push_back(value);
-  }
-  EXPECT_GT(test_uniform(gated_nis_to_uniform(nis, 2.0, gate)).anderson_p_value, 1e-3);
-  const std::vector<double> dof(nis.size(), 2.0);
-  EXPECT_LT(test_uniform(nis_to_uniform(nis, dof)).anderson_p_value, 1e-4);
-}
-
 TEST(UniformHistogram, MergesInAnyOrderToTheSameCounts) {
   UniformHistogram a(10), b(10), both(10);
   for (const double u : {0.05, 0.15, 0.999, 1.0, 0.0}) {

@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "core/manifold/rotation.h"
+#include "datasets/data_error.h"
+#include "tests/datasets/replay/replay_world.h"
 
 namespace credence::internal {
 namespace {
@@ -32,17 +34,22 @@ ReportedReplay one_replay(double deviation = 1.0, unsigned seed = 1) {
     ReplayObservation o;
     o.time_s = 0.5 * k;
     o.whitened = deviation * RangeBearing(normal(bits), normal(bits));
-    o.nis = 0.5 + 0.001 * k;
+    o.innovation = o.whitened;
+    o.S.setIdentity();
     o.first_of_batch = k % 2 == 0;
     r.records.push_back(o);
   }
   for (int k = 0; k < 60; ++k) {
     ReplayReference reference;
     reference.time_s = 0.5 + k;
-    reference.nees = 1.0 + 0.05 * k;
+    reference.estimate = Pose(normal(bits), normal(bits), 0.0);
+    reference.truth.setZero();
+    reference.covariance.setIdentity();
     r.references.push_back(reference);
+    r.vehicle_nees.add(reference.estimate.squaredNorm());
   }
   r.vehicle_nees.expected = 2.0;
+  r.settings.truth.position_std = 0.0;
   r.survey_m = {Point(1.0, 1.0), Point(-1.0, 1.0), Point(-1.0, -1.0), Point(1.0, -1.0)};
   for (int i = 0; i < 4; ++i) {
     ReplayLandmark landmark;
@@ -57,8 +64,12 @@ ReportedReplay one_replay(double deviation = 1.0, unsigned seed = 1) {
 
 ReplayJudgement judge_one(const ReportedReplay& replay) { return judge_replays({&replay, 1}); }
 
+const Judgement& judged(const ReplayJudgement& judgement) { return judgement.logs.analysis.judgement; }
+
 TEST(ReplayJudgement, WithoutAGateEveryUpdateCountsByItsWhitenedInnovation) {
   ReportedReplay replay = one_replay();
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 600; ++k) sum += replay.result.records[k].whitened.squaredNorm();
   for (const ObservationOutcome other :
        {ObservationOutcome::rejected, ObservationOutcome::initialised, ObservationOutcome::unassociated,
         ObservationOutcome::update_failed}) {
@@ -67,20 +78,14 @@ TEST(ReplayJudgement, WithoutAGateEveryUpdateCountsByItsWhitenedInnovation) {
     o.whitened = RangeBearing(100.0, 100.0);
     replay.result.records.push_back(o);
   }
-  double sum = 0.0;
-  RangeBearing mean = RangeBearing::Zero();
-  for (std::size_t k = 0; k < 600; ++k) {
-    sum += replay.result.records[k].whitened.squaredNorm();
-    mean += replay.result.records[k].whitened / 600.0;
-  }
-  const InnovationTests tests = judge_one(replay).innovations;
-  EXPECT_EQ(tests.nis.count, 600);
-  EXPECT_NEAR(tests.nis.mean, sum / 600.0, 1e-12);
-  EXPECT_EQ(tests.nis.expected, 2.0);
-  EXPECT_EQ(tests.nis.verdict, Verdict::consistent);
-  EXPECT_NEAR(tests.noise_scale.scale, sum / 1200.0, 1e-12) << "the mean over what is expected";
-  ASSERT_EQ(tests.mean.size(), 2);
-  EXPECT_LT((tests.mean - mean).norm(), 1e-12);
+  const ReplayJudgement judgement = judge_one(replay);
+  const ConsistencyVerdict& nis = judged(judgement).nis;
+  EXPECT_EQ(nis.count, 600);
+  EXPECT_NEAR(nis.mean, sum / 600.0, 1e-9);
+  EXPECT_EQ(nis.expected, 2.0);
+  EXPECT_EQ(nis.verdict, Verdict::consistent);
+  EXPECT_NEAR(judgement.noise_scale.scale, sum / 1200.0, 1e-9) << "the mean over what is expected";
+  EXPECT_EQ(judged(judgement).scale_innovation.upper, judgement.noise_scale.upper);
 }
 
 // −2 ln(1 − 0.99) = 9.21, below which χ² of two dof has the mean 1.907 (theory, section 7).
@@ -88,34 +93,37 @@ TEST(ReplayJudgement, WithAGateTheFirstOfEachBatchCountsByItsOwnNis) {
   ReportedReplay replay = one_replay();
   replay.result.settings.filter.gate = 0.99;
   double sum = 0.0;
-  for (std::size_t k = 0; k < 600; k += 2) sum += replay.result.records[k].nis;
+  for (std::size_t k = 0; k < 600; k += 2) sum += replay.result.records[k].innovation.squaredNorm();
   const ReplayJudgement judgement = judge_one(replay);
-  EXPECT_EQ(judgement.innovations.nis.count, 300);
-  EXPECT_NEAR(judgement.innovations.nis.mean, sum / 300.0, 1e-12);
-  EXPECT_NEAR(judgement.innovations.nis.expected, 1.907, 5e-4);
-  EXPECT_THAT(judgement.limits, Contains(HasSubstr("had to pass a gate of 99")));
-  EXPECT_THAT(judge_one(one_replay()).limits, Not(Contains(HasSubstr("gate"))));
+  EXPECT_EQ(judged(judgement).nis.count, 300);
+  EXPECT_NEAR(judged(judgement).nis.mean, sum / 300.0, 1e-9);
+  EXPECT_NEAR(judged(judgement).nis.expected, 1.907, 5e-4);
+  EXPECT_THAT(judgement.logs.remarks, Contains(HasSubstr("had to pass a gate of 99")));
+  EXPECT_THAT(judge_one(one_replay()).logs.remarks, Not(Contains(HasSubstr("gate"))));
 }
 
-TEST(ReplayJudgement, TheNeesIsThatOfTheLastReferenceOfEverySecond) {
-  ReportedReplay replay = one_replay();
-  ReplayReference singular = replay.result.references.back();
-  singular.singular = true;
-  singular.nees = 1e9;
-  replay.result.references.push_back(singular);
-  const RecordedNeesVerdict nees = judge_one(replay).nees;
-  EXPECT_EQ(nees.verdict.steps_tested, 60);
-  EXPECT_NEAR(nees.verdict.mean, 1.0 + 0.05 * 29.5, 1e-12);
-  EXPECT_EQ(nees.verdict.expected, 2.0);
-  for (int k = 59; k > 0; --k) {  // one more in every second, before the one that counts
-    ReplayReference early = replay.result.references[static_cast<std::size_t>(k)];
-    early.time_s -= 0.25;
-    early.nees = 500.0;
-    replay.result.references.insert(replay.result.references.begin() + k, early);
+TEST(ReplayJudgement, TheNeesIsThatOfEveryReference) {
+  const ReportedReplay replay = one_replay();
+  const ReplayJudgement judgement = judge_one(replay);
+  const ConsistencyVerdict& nees = judged(judgement).nees;
+  EXPECT_EQ(nees.count, 60);
+  EXPECT_NEAR(nees.mean, replay.result.vehicle_nees.mean(), 1e-12);
+  EXPECT_EQ(nees.expected, 2.0);
+  EXPECT_FALSE(is_inconsistent(judged(judgement).word.verdict));
+}
+
+// The whole judge on the filter itself where its assumptions hold: at most 5 % are accused, within 5 standard
+// errors of the binomial count, and R of half its variance is found.
+TEST(ReplayJudgement, AReplayWhoseAssumptionsHoldIsSeldomAccused) {
+  constexpr int kReplays = 60;
+  int accused = 0;
+  for (unsigned seed = 1; seed <= kReplays; ++seed) {
+    const ReportedReplay replay{test::ReplayWorld().run(seed, 60), {}};
+    accused += is_inconsistent(judged(judge_one(replay)).word.verdict) ? 1 : 0;
   }
-  EXPECT_NEAR(judge_one(replay).nees.verdict.mean, 1.0 + 0.05 * 29.5, 1e-12);
-  replay.result.vehicle_nees.expected = 3.0;
-  EXPECT_EQ(judge_one(replay).nees.verdict.expected, 3.0) << "of a whole pose";
+  EXPECT_LE(accused, 0.05 * kReplays + 5.0 * std::sqrt(0.05 * 0.95 * kReplays));
+  const ReportedReplay noisy{test::ReplayWorld().run(1, 60, std::sqrt(2.0)), {}};
+  EXPECT_EQ(judged(judge_one(noisy)).nis.verdict, Verdict::optimistic);
 }
 
 // A stretch about the centre is no rigid motion: 8 ε² off in all, wherever the map lies.
@@ -150,35 +158,32 @@ TEST(ReplayJudgement, AMapThatTheSurveyDoesNotKnowIsNotJudgedAndSaysWhy) {
 
 TEST(ReplayJudgement, LimitsSayWhatTheReferenceTells) {
   ReportedReplay replay = one_replay();
-  EXPECT_THAT(judge_one(replay).limits.front(), StartsWith("GPS gives no heading"));
-  EXPECT_THAT(judge_one(replay).limits.front(), HasSubstr("One run is no sample of runs"));
-  const ReportedReplay both[] = {replay, one_replay(1.0, 2)};
-  EXPECT_THAT(judge_replays(both).limits.front(), Not(HasSubstr("One run is no sample")));
+  EXPECT_THAT(judge_one(replay).logs.remarks.front(), StartsWith("GPS gives no heading"));
   for (ReplayReference& reference : replay.result.references) reference.dof = 3;
   replay.result.settings.truth.heading_std_deg = 1.5;
-  EXPECT_THAT(judge_one(replay).limits.front(), HasSubstr("known to 1.5° only"));
+  EXPECT_THAT(judge_one(replay).logs.remarks.front(), HasSubstr("known to 1.5° only"));
 }
 
 TEST(ReplayJudgement, LimitsSayWhatInflationAndTrueJacobiansMean) {
   ReportedReplay replay = one_replay();
-  EXPECT_THAT(judge_one(replay).limits, Not(Contains(HasSubstr("inflated"))));
-  EXPECT_THAT(judge_one(replay).limits, Not(Contains(HasSubstr("Jacobians at the truth"))));
+  EXPECT_THAT(judge_one(replay).logs.remarks, Not(Contains(HasSubstr("inflated"))));
+  EXPECT_THAT(judge_one(replay).logs.remarks, Not(Contains(HasSubstr("Jacobians at the truth"))));
   replay.result.settings.filter.inflation = Inflation::map;
   replay.ideal = replay.result;
-  EXPECT_THAT(judge_one(replay).limits, Contains(StartsWith("P is inflated to decorrelate it")));
-  EXPECT_THAT(judge_one(replay).limits, Contains(StartsWith("Jacobians at the truth are no filter")));
-  EXPECT_THAT(judge_replays({&replay, 1}, 0.99).limits.back(), StartsWith("All verdicts at 99"));
+  EXPECT_THAT(judge_one(replay).logs.remarks, Contains(StartsWith("P is inflated to decorrelate it")));
+  EXPECT_THAT(judge_one(replay).logs.remarks, Contains(StartsWith("Jacobians at the truth are no filter")));
 }
 
 // Innovations ten times smaller than S says want variances a hundredth of theirs; the map's shape is five
 // where five is expected.
 TEST(ReplayJudgement, AScaleThatWouldBreakTheMapIsSaidNotToSuitBoth) {
   const ReplayJudgement small = judge_one(one_replay(0.1));
-  EXPECT_NEAR(small.innovations.noise_scale.scale, 0.01, 0.002);
-  EXPECT_THAT(small.limits, Contains(HasSubstr("no single scale suits both")));
-  EXPECT_THAT(judge_one(one_replay()).limits, Not(Contains(HasSubstr("no single scale"))));
+  EXPECT_NEAR(small.noise_scale.scale, 0.01, 0.002);
+  EXPECT_THAT(small.logs.remarks, Contains(HasSubstr("no single scale suits both")));
+  EXPECT_THAT(judge_one(one_replay()).logs.remarks, Not(Contains(HasSubstr("no single scale"))));
   const ReportedReplay two[] = {one_replay(0.1), one_replay(0.1, 2)};
-  EXPECT_THAT(judge_replays(two).limits, Not(Contains(HasSubstr("no single scale")))) << "of one map alone";
+  EXPECT_THAT(judge_replays(two).logs.remarks, Not(Contains(HasSubstr("no single scale"))))
+      << "of one map alone";
 }
 
 TEST(ReplayJudgement, InnovationsThatAreNotWhiteLimitTheirSum) {
@@ -187,17 +192,32 @@ TEST(ReplayJudgement, InnovationsThatAreNotWhiteLimitTheirSum) {
   for (ReplayObservation& o : replay.result.records) {
     o.whitened = last = 0.9 * last + std::sqrt(1.0 - 0.81) * o.whitened;
   }
-  EXPECT_FALSE(judge_one(replay).innovations.whiteness.white);
-  EXPECT_THAT(judge_one(replay).limits, Contains(HasSubstr("assume white innovations, which these are not")));
-  EXPECT_THAT(judge_one(one_replay()).limits, Not(Contains(HasSubstr("assume white innovations"))));
+  EXPECT_FALSE(judged(judge_one(replay)).sensors.at(0).whiteness.white);
+  EXPECT_THAT(judge_one(replay).logs.remarks,
+              Contains(HasSubstr("assume white innovations, which these are not")));
+  EXPECT_THAT(judge_one(one_replay()).logs.remarks, Not(Contains(HasSubstr("assume white innovations"))));
 }
 
 TEST(ReplayJudgement, RunsWithDifferentGatesAreRefused) {
   ReportedReplay replays[] = {one_replay(), one_replay(1.0, 2)};
   EXPECT_EQ(judge_replays(replays).maps.size(), 2U);
-  EXPECT_EQ(judge_replays(replays).innovations.nis.count, 1200);
+  EXPECT_EQ(judged(judge_replays(replays)).nis.count, 1200);
   replays[1].result.settings.filter.gate = 0.95;
   EXPECT_THROW(judge_replays(replays), std::invalid_argument);
+}
+
+// Steps have times only where all runs agree on them.
+TEST(ReplayJudgement, RunsOfDifferentTimesAreJudgedByTheirRows) {
+  ReportedReplay replays[] = {one_replay(), one_replay(1.0, 2)};
+  EXPECT_NE(judged(judge_replays(replays)).nees.times, nullptr);
+  for (ReplayObservation& o : replays[1].result.records) o.time_s *= 3.0;
+  for (ReplayReference& reference : replays[1].result.references) reference.time_s *= 3.0;
+  EXPECT_EQ(judged(judge_replays(replays)).nees.times, nullptr);
+}
+
+TEST(ReplayJudgement, AReplayThatIsThereTwiceIsRefused) {
+  const ReportedReplay replays[] = {one_replay(), one_replay()};
+  EXPECT_THROW(judge_replays(replays), DataError);
 }
 
 TEST(ReplayName, HasTheRunWhereThereAreSeveral) {

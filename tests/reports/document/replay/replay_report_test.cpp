@@ -3,46 +3,56 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
+#include "reports/render/text_page.h"
+#include "tests/datasets/replay/replay_world.h"
+
 namespace credence::internal {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
-ReportAnswer answer_to(Verdict nees, const NoiseScale& noise) {
-  ReportedReplay replay;
-  replay.result.dataset = "carpark";
-  ReplayJudgement judgement;
-  judgement.nees.verdict.verdict = nees;
-  judgement.nees.verdict.mean = 1.9;
-  judgement.nees.verdict.expected = 2.0;
-  judgement.innovations.noise_scale = noise;
-  judgement.innovations.adjusted_p_value.assign(4, 1.0);
-  return replay_document({replay}, judgement).answer;
+Document document_of(std::vector<ReportedReplay> replays) {
+  for (ReportedReplay& replay : replays) replay.result.dataset = "mrclam";
+  return replay_document(replays, judge_replays(replays));
 }
 
-TEST(ReplayAnswer, InnovationsThatContradictSAreNotBehindAGreenWord) {
-  const ReportAnswer answer =
-      answer_to(Verdict::consistent, {.scale = 0.07, .lower = 0.03, .upper = 0.4, .stretches = 5});
-  EXPECT_EQ(answer.tone, CellTone::caution);
-  EXPECT_THAT(answer.text, HasSubstr("consistent in position: NEES 1.900 where 2.000 is expected"));
-  EXPECT_THAT(answer.text,
-              HasSubstr("pessimistic in its innovations: all variances × 0.0700 (0.0300 … 0.400)"));
+// Range noise of twice what R says: S is too small, and the answer is that of the judge of logs.
+TEST(ReplayReport, AnswersAsTheJudgeOfLogsDoes) {
+  const Document document = document_of({{test::ReplayWorld().run(1, 60, 2.0), {}}});
+  EXPECT_EQ(document.answer.tone, CellTone::alarm);
+  EXPECT_THAT(document.answer.text, HasSubstr("Can this covariance be trusted? optimistic in NIS"));
+  EXPECT_EQ(document.title, "EKF-SLAM on mrclam");
+  EXPECT_THAT(text_page(document), AllOf(HasSubstr("Scaling S by"), HasSubstr("the map as it lies"),
+                                         HasSubstr("mean NIS of an observation")));
 }
 
-TEST(ReplayAnswer, IsTheWorseOfBoth) {
-  const NoiseScale small{.scale = 3.0, .lower = 2.0, .upper = 4.0, .stretches = 5};
-  EXPECT_EQ(answer_to(Verdict::pessimistic, small).tone, CellTone::alarm);
-  EXPECT_EQ(answer_to(Verdict::optimistic, {.scale = 0.5, .lower = 0.4, .upper = 0.6}).tone, CellTone::alarm);
+TEST(ReplayReport, ItsJsonHasTheVerdictAndWhatItRestsOn) {
+  const Document document = document_of({{test::ReplayWorld().run(1, 60, 2.0), {}}});
+  const auto j = nlohmann::json::parse(document.json())["judgement"];
+  EXPECT_EQ(j["verdict"], "optimistic");
+  EXPECT_EQ(j["innovations"]["nis"]["verdict"], "optimistic");
+  EXPECT_EQ(j["innovations"]["nis"]["values"], 236);
+  ASSERT_EQ(j["innovations"]["adjusted_p_value"].size(), 4U);
+  EXPECT_LT(j["innovations"]["adjusted_p_value"][0], 0.05);
+  EXPECT_EQ(j["innovations"]["noise_scale"]["value"], j["battery"]["scale"]["innovation"]["factor"]);
+  EXPECT_EQ(j["nees"]["run_means"].size(), 1U);
+  EXPECT_EQ(j["maps"][0]["shape"]["dof"], 5);
+  EXPECT_FALSE(j["limits"].empty());
 }
 
-TEST(ReplayAnswer, SaysNothingOfInnovationsThatFitOrCannotTell) {
-  const NoiseScale fits{.scale = 1.1, .lower = 0.8, .upper = 1.4, .stretches = 5};
-  const ReportAnswer answer = answer_to(Verdict::consistent, fits);
-  EXPECT_EQ(answer.tone, CellTone::good);
-  EXPECT_THAT(answer.text, Not(HasSubstr("innovations")));
-  const NoiseScale unknown{.scale = 9.0, .lower = kNaN, .upper = kNaN, .reason = "too short"};
-  EXPECT_EQ(answer_to(Verdict::consistent, unknown).tone, CellTone::good);
+TEST(ReplayReport, SeveralRunsHaveOneTableAndOneVerdict) {
+  std::vector<ReportedReplay> replays(2);
+  for (unsigned i = 0; i < 2; ++i) {
+    replays[i].result = test::ReplayWorld().run(i + 1, 60);
+    replays[i].result.run = i == 0 ? "robot 1" : "robot 3";
+  }
+  const Document document = document_of(replays);
+  EXPECT_THAT(text_page(document),
+              AllOf(HasSubstr("2 runs"), HasSubstr("mrclam, robot 3"), HasSubstr("robot 3: its shape")));
+  EXPECT_EQ(nlohmann::json::parse(document.json())["runs"].size(), 2U);
 }
 
 }  // namespace

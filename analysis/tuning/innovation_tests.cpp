@@ -1,0 +1,102 @@
+#include "analysis/tuning/innovation_tests.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/zero_mean.h"
+#include "analysis/tuning/stretches.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+constexpr Index kLags = 10;
+
+ConsistencyVerdict judge_sum(std::span<const RecordedInnovations> runs, double confidence) {
+  Moments all;
+  for (const RecordedInnovations& run : runs)
+    for (const double x : run.nis) all.add(x);
+  const double dof = runs.front().dof * static_cast<double>(all.count);
+  return judge_nis(std::vector<Moments>{all}, std::vector<double>{dof}, confidence);
+}
+
+GoodnessOfFit test_law(std::span<const RecordedInnovations> runs) {
+  std::vector<double> all;
+  for (const RecordedInnovations& run : runs) all.insert(all.end(), run.nis.begin(), run.nis.end());
+  return test_uniform(nis_to_uniform(all, std::vector<double>(all.size(), runs.front().dof)));
+}
+
+/// The mean over stretches, as innovations that are not white make single values count too much.
+void test_mean(std::span<const RecordedInnovations> runs, InnovationTests& tests) {
+  VectorMoments values, stretches;
+  for (const RecordedInnovations& run : runs) {
+    if (run.whitened.empty()) continue;
+    const Index dim = run.whitened.front().size();
+    double slowest = 1.0;
+    for (Index i = 0; i < dim; ++i) {
+      std::vector<double> component;
+      for (const Vector& u : run.whitened) component.push_back(u(i));
+      slowest = std::max(slowest, correlation_time_of(component));
+    }
+    const auto count = static_cast<std::size_t>(
+        std::min(kMostStretches, std::max<std::int64_t>(1, stretches_of(run.whitened.size(), slowest))));
+    const std::size_t length = run.whitened.size() / count;
+    for (std::size_t k = 0; k < count; ++k) {
+      VectorMoments stretch;
+      for (std::size_t i = k * length; i < (k + 1) * length; ++i) stretch.add(run.whitened[i]);
+      stretches.add(stretch.mean);
+    }
+    for (const Vector& u : run.whitened) values.add(u);
+  }
+  tests.mean = values.mean;
+  tests.mean_p_value = kNaN;
+  if (stretches.count < kFewestStretches) {
+    tests.mean_reason = "the recording is too short for its correlation in time";
+    return;
+  }
+  const ZeroMeanTest test = test_zero_mean(stretches);
+  tests.mean_p_value = test.p_value;
+  tests.mean_reason = test.reason;
+}
+
+WhitenessTest test_white(std::span<const RecordedInnovations> runs, double confidence) {
+  const auto seen = std::find_if(runs.begin(), runs.end(), [](const auto& r) { return !r.whitened.empty(); });
+  LagProducts products(seen == runs.end() ? 1 : seen->whitened.front().size(), kLags);
+  for (const RecordedInnovations& run : runs) {
+    products.begin_run();
+    for (const Vector& u : run.whitened) products.add(u);
+  }
+  return test_whiteness(products, confidence);
+}
+
+}  // namespace
+
+InnovationTests test_recorded_innovations(std::span<const RecordedInnovations> runs, double confidence) {
+  if (runs.empty()) throw std::invalid_argument("no run whose innovations could be tested");
+  for (const RecordedInnovations& run : runs)
+    if (run.dof != runs.front().dof)
+      throw std::invalid_argument(
+          fmt::format("runs tested together must have one dof, not {} and {}", runs.front().dof, run.dof));
+  InnovationTests tests;
+  tests.nis = judge_sum(runs, confidence);
+  tests.fit = test_law(runs);
+  tests.whiteness = test_white(runs, confidence);
+  test_mean(runs, tests);
+  std::vector<std::vector<double>> nis;
+  for (const RecordedInnovations& run : runs) nis.push_back(run.nis);
+  tests.noise_scale = noise_scale(nis, runs.front().dof, std::numeric_limits<double>::infinity(), confidence);
+  // Kolmogorov and Anderson are two tests of one hypothesis.
+  const double fit =
+      tests.fit.reason.empty()
+          ? std::min(1.0, 2.0 * std::min(tests.fit.kolmogorov_p_value, tests.fit.anderson_p_value))
+          : kNaN;
+  const double white = tests.whiteness.reason.empty() ? tests.whiteness.p_value : kNaN;
+  tests.adjusted_p_value = holm(std::vector<double>{tests.nis.p_value, fit, white, tests.mean_p_value});
+  return tests;
+}
+
+}  // namespace credence::internal
