@@ -58,9 +58,9 @@ struct SensorJudgement {
   std::string name;
   ConsistencyVerdict nis;
   WhitenessTest whiteness;
-  ZeroMeanTest mean;  ///< of run means; of all values where there are too few runs (correlated_mean.h)
-  bool of_sum = false;                  ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
-  GoodnessOfFit fit;                    ///< of NIS against χ²
+  ZeroMeanTest mean;    ///< of run means; of all values where there are too few runs (correlated_mean.h)
+  bool of_sum = false;  ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
+  GoodnessOfFit fit;    ///< of NIS against χ²
   std::vector<std::int64_t> histogram;  ///< counts of F(NIS), equally likely bins
   std::optional<GateFound> gate;        ///< of which `nis` takes the law cut off there
 };
