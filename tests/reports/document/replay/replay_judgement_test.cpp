@@ -64,7 +64,7 @@ ReportedReplay one_replay(double deviation = 1.0, unsigned seed = 1) {
 
 ReplayJudgement judge_one(const ReportedReplay& replay) { return judge_replays({&replay, 1}); }
 
-const Judgement& judged(const ReplayJudgement& judgement) { return judgement.logs.analysis.judgement; }
+const Judgement& judgement_of(const ReplayJudgement& judgement) { return judgement.logs.analysis.judgement; }
 
 TEST(ReplayJudgement, WithoutAGateEveryUpdateCountsByItsWhitenedInnovation) {
   ReportedReplay replay = one_replay();
@@ -79,13 +79,13 @@ TEST(ReplayJudgement, WithoutAGateEveryUpdateCountsByItsWhitenedInnovation) {
     replay.result.records.push_back(o);
   }
   const ReplayJudgement judgement = judge_one(replay);
-  const ConsistencyVerdict& nis = judged(judgement).nis;
+  const ConsistencyVerdict& nis = judgement_of(judgement).nis;
   EXPECT_EQ(nis.count, 600);
   EXPECT_NEAR(nis.mean, sum / 600.0, 1e-9);
   EXPECT_EQ(nis.expected, 2.0);
   EXPECT_EQ(nis.verdict, Verdict::consistent);
   EXPECT_NEAR(judgement.noise_scale.scale, sum / 1200.0, 1e-9) << "the mean over what is expected";
-  EXPECT_EQ(judged(judgement).scale_innovation.upper, judgement.noise_scale.upper);
+  EXPECT_EQ(judgement_of(judgement).scale_innovation.upper, judgement.noise_scale.upper);
 }
 
 // −2 ln(1 − 0.99) = 9.21, below which χ² of two dof has the mean 1.907 (theory, section 7).
@@ -95,9 +95,9 @@ TEST(ReplayJudgement, WithAGateTheFirstOfEachBatchCountsByItsOwnNis) {
   double sum = 0.0;
   for (std::size_t k = 0; k < 600; k += 2) sum += replay.result.records[k].innovation.squaredNorm();
   const ReplayJudgement judgement = judge_one(replay);
-  EXPECT_EQ(judged(judgement).nis.count, 300);
-  EXPECT_NEAR(judged(judgement).nis.mean, sum / 300.0, 1e-9);
-  EXPECT_NEAR(judged(judgement).nis.expected, 1.907, 5e-4);
+  EXPECT_EQ(judgement_of(judgement).nis.count, 300);
+  EXPECT_NEAR(judgement_of(judgement).nis.mean, sum / 300.0, 1e-9);
+  EXPECT_NEAR(judgement_of(judgement).nis.expected, 1.907, 5e-4);
   EXPECT_THAT(judgement.logs.remarks, Contains(HasSubstr("had to pass a gate of 99")));
   EXPECT_THAT(judge_one(one_replay()).logs.remarks, Not(Contains(HasSubstr("gate"))));
 }
@@ -105,11 +105,11 @@ TEST(ReplayJudgement, WithAGateTheFirstOfEachBatchCountsByItsOwnNis) {
 TEST(ReplayJudgement, TheNeesIsThatOfEveryReference) {
   const ReportedReplay replay = one_replay();
   const ReplayJudgement judgement = judge_one(replay);
-  const ConsistencyVerdict& nees = judged(judgement).nees;
+  const ConsistencyVerdict& nees = judgement_of(judgement).nees;
   EXPECT_EQ(nees.count, 60);
   EXPECT_NEAR(nees.mean, replay.result.vehicle_nees.mean(), 1e-12);
   EXPECT_EQ(nees.expected, 2.0);
-  EXPECT_FALSE(is_inconsistent(judged(judgement).word.verdict));
+  EXPECT_FALSE(is_inconsistent(judgement_of(judgement).word.verdict));
 }
 
 // The whole judge on the filter itself where its assumptions hold: at most 5 % are accused, within 5 standard
@@ -119,11 +119,11 @@ TEST(ReplayJudgement, AReplayWhoseAssumptionsHoldIsSeldomAccused) {
   int accused = 0;
   for (unsigned seed = 1; seed <= kReplays; ++seed) {
     const ReportedReplay replay{test::ReplayWorld().run(seed, 60), {}};
-    accused += is_inconsistent(judged(judge_one(replay)).word.verdict) ? 1 : 0;
+    accused += is_inconsistent(judgement_of(judge_one(replay)).word.verdict) ? 1 : 0;
   }
   EXPECT_LE(accused, 0.05 * kReplays + 5.0 * std::sqrt(0.05 * 0.95 * kReplays));
   const ReportedReplay noisy{test::ReplayWorld().run(1, 60, std::sqrt(2.0)), {}};
-  EXPECT_EQ(judged(judge_one(noisy)).nis.verdict, Verdict::optimistic);
+  EXPECT_EQ(judgement_of(judge_one(noisy)).nis.verdict, Verdict::optimistic);
 }
 
 // A stretch about the centre is no rigid motion: 8 ε² off in all, wherever the map lies.
@@ -192,7 +192,7 @@ TEST(ReplayJudgement, InnovationsThatAreNotWhiteLimitTheirSum) {
   for (ReplayObservation& o : replay.result.records) {
     o.whitened = last = 0.9 * last + std::sqrt(1.0 - 0.81) * o.whitened;
   }
-  EXPECT_FALSE(judged(judge_one(replay)).sensors.at(0).whiteness.white);
+  EXPECT_FALSE(judgement_of(judge_one(replay)).sensors.at(0).whiteness.white);
   EXPECT_THAT(judge_one(replay).logs.remarks,
               Contains(HasSubstr("assume white innovations, which these are not")));
   EXPECT_THAT(judge_one(one_replay()).logs.remarks, Not(Contains(HasSubstr("assume white innovations"))));
@@ -201,7 +201,7 @@ TEST(ReplayJudgement, InnovationsThatAreNotWhiteLimitTheirSum) {
 TEST(ReplayJudgement, RunsWithDifferentGatesAreRefused) {
   ReportedReplay replays[] = {one_replay(), one_replay(1.0, 2)};
   EXPECT_EQ(judge_replays(replays).maps.size(), 2U);
-  EXPECT_EQ(judged(judge_replays(replays)).nis.count, 1200);
+  EXPECT_EQ(judgement_of(judge_replays(replays)).nis.count, 1200);
   replays[1].result.settings.filter.gate = 0.95;
   EXPECT_THROW(judge_replays(replays), std::invalid_argument);
 }
@@ -209,10 +209,10 @@ TEST(ReplayJudgement, RunsWithDifferentGatesAreRefused) {
 // Steps have times only where all runs agree on them.
 TEST(ReplayJudgement, RunsOfDifferentTimesAreJudgedByTheirRows) {
   ReportedReplay replays[] = {one_replay(), one_replay(1.0, 2)};
-  EXPECT_NE(judged(judge_replays(replays)).nees.times, nullptr);
+  EXPECT_NE(judgement_of(judge_replays(replays)).nees.times, nullptr);
   for (ReplayObservation& o : replays[1].result.records) o.time_s *= 3.0;
   for (ReplayReference& reference : replays[1].result.references) reference.time_s *= 3.0;
-  EXPECT_EQ(judged(judge_replays(replays)).nees.times, nullptr);
+  EXPECT_EQ(judgement_of(judge_replays(replays)).nees.times, nullptr);
 }
 
 TEST(ReplayJudgement, AReplayThatIsThereTwiceIsRefused) {
