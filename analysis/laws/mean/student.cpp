@@ -14,6 +14,10 @@
 namespace credence::internal {
 namespace {
 
+// Double alone has 13 digits, in a fraction of the time of long double.
+using Student = boost::math::students_t_distribution<
+    double, boost::math::policies::policy<boost::math::policies::promote_double<false>>>;
+
 void require_dof(double dof) {
   if (!(dof > 0.0)) throw std::invalid_argument(fmt::format("dof = {} must be > 0", dof));
 }
@@ -29,7 +33,7 @@ double student_quantile_two_sided(double confidence, double dof) {
   };
   thread_local Last last;
   if (confidence != last.confidence || dof != last.dof) {
-    const boost::math::students_t law(dof);
+    const Student law(dof);
     last = {confidence, dof, quantile(complement(law, 0.5 * (1.0 - confidence)))};
   }
   return last.quantile;
@@ -44,7 +48,7 @@ double student_two_sided_p_value(double t, double dof) {
   require_dof(dof);
   if (std::isnan(t)) return t;
   if (std::isinf(t)) return 0.0;
-  const boost::math::students_t law(dof);
+  const Student law(dof);
   return std::min(1.0, 2.0 * cdf(complement(law, std::abs(t))));
 }
 
