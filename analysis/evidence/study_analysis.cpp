@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/nan.h"
 #include "core/stop_point.h"
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/linear/intermittent_experiment.h"
@@ -16,7 +17,7 @@ std::vector<double> means(const StudyStatistics& statistics, Quantity quantity) 
   std::vector<double> result;
   for (const StepStatistics& step : statistics.steps) {
     const Moments& m = step[quantity];
-    result.push_back(m.count > 0 ? m.mean : std::nan(""));
+    result.push_back(m.count > 0 ? m.mean : kNaN);
   }
   return result;
 }

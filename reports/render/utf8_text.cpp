@@ -61,11 +61,15 @@ std::string printable_json(std::string json) {
   std::string text;
   text.reserve(json.size());
   for (std::size_t i = 0; i < json.size();) {
+    const std::size_t plain = i;
+    while (i < json.size() && is_ascii(json[i])) ++i;
+    text.append(json, plain, i - plain);
+    if (i == json.size()) break;
     const std::size_t begin = i;
     const char32_t c = next_code_point(json, i);
     // Of ASCII only DEL is left by whoever wrote it; private characters beyond 16 bits mean nothing to
     // anyone.
-    const bool shown = c < 0x7F || c > 0xFFFF || (!contains(kHidden, c) && !contains(kControl, c));
+    const bool shown = c > 0xFFFF || (!contains(kHidden, c) && !contains(kControl, c));
     text += shown ? json.substr(begin, i - begin) : fmt::format("\\u{:04x}", static_cast<unsigned>(c));
   }
   return text;
