@@ -132,14 +132,15 @@ Joint largest_score(double alpha, std::vector<double> draws) {
 
 // Holm's step-down procedure: the i-th smallest p-value (from 0) is compared with α / (T − i).
 std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double alpha) {
-  std::vector<double> p_values;
+  std::vector<double> p_values;  // those that may be rejected
+  std::size_t tests = 0, rejected = 0;
   for (const StepTest& step : steps) {
-    if (has_data(step)) p_values.push_back(step.p_value);
+    if (!has_data(step)) continue;
+    ++tests;
+    if (step.p_value <= alpha) p_values.push_back(step.p_value);
   }
   std::sort(p_values.begin(), p_values.end());
-  std::size_t rejected = 0;
-  while (rejected < p_values.size() &&
-         p_values[rejected] <= alpha / static_cast<double>(p_values.size() - rejected)) {
+  while (rejected < p_values.size() && p_values[rejected] <= alpha / static_cast<double>(tests - rejected)) {
     ++rejected;
   }
   return static_cast<std::int64_t>(rejected);
