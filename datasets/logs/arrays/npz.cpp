@@ -78,6 +78,11 @@ class NpzFile final : public ArrayFile {
   }
 
   static void convert(const NpyMember& member, ByteCursor from, std::vector<double>& out) {
+    if (!member.integers && member.number_size == sizeof(double) && member.order == std::endian::native) {
+      const Bytes numbers = from.take_bytes(out.size() * sizeof(double));
+      std::ranges::copy(numbers, reinterpret_cast<std::uint8_t*>(out.data()));
+      return;
+    }
     for (double& number : out) number = take_number(member, from);
   }
 
