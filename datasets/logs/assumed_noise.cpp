@@ -1,10 +1,13 @@
 #include "datasets/logs/assumed_noise.h"
 
+#include <algorithm>
+
 namespace credence::internal {
 
 void take_assumed_noise(const Matrix& noise, Index piece, std::span<const Index> kept, Matrix& R) {
   const Index m = noise.size() == 0 ? 0 : std::ssize(kept);
-  const bool repeats = noise.rows() == piece;
+  const bool repeats =
+      noise.rows() == piece && std::ranges::any_of(kept, [piece](Index i) { return i >= piece; });
   R.resize(m, m);
   for (Index i = 0; i < m; ++i) {
     for (Index j = 0; j < m; ++j) {

@@ -278,18 +278,17 @@ void FilterLogReader::read_innovations(Step& row) {
   }
 }
 
-Vector FilterLogReader::true_position() const {
+bool FilterLogReader::true_position(Vector& place) const {
   const std::vector<Block>& blocks = header_.layout.blocks;
   const auto block = std::ranges::find(blocks, Part::position, &Block::part);
-  if (header_.truth.empty() || block == blocks.end()) return {};
-  Vector place(std::ssize(block->states));
+  if (header_.truth.empty() || block == blocks.end()) return false;
+  place.resize(std::ssize(block->states));
   for (Index i = 0; i < place.size(); ++i) {
     const auto state = static_cast<std::size_t>(block->states[static_cast<std::size_t>(i)]);
-    if (header_.truth[state] < 0) return {};
+    if (header_.truth[state] < 0) return false;
     place[i] = fields_[static_cast<std::size_t>(header_.truth[state])];
   }
-  if (!place.allFinite()) return {};
-  return place;
+  return place.size() > 0 && place.allFinite();
 }
 
 bool FilterLogReader::next(Step& row) {
@@ -334,6 +333,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
     open = false;
   };
   DistanceTravelled travelled;
+  Vector place;
   while (reader.next(row)) {
     if (reader.run_began()) {
       end_failed();
@@ -341,7 +341,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
       open = true;
       travelled = {};
     }
-    if (const Vector place = reader.true_position(); place.size() > 0) sink.travelled(travelled.at(place));
+    if (reader.true_position(place)) sink.travelled(travelled.at(place));
     sink.at(reader.time_s());
     sink.add(row);
     if (++rows % kRowsBetween == 0) {

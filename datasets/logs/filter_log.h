@@ -42,8 +42,8 @@ class FilterLogReader {
   };
   const std::optional<Failure>& failure() const { return failure_; }
 
-  /// Where the row last read has the truth of the block "position"; empty where it has none.
-  Vector true_position() const;
+  /// Where the row last read has the truth of the block "position"; false where it has none.
+  bool true_position(Vector& place) const;
 
   /// When the row last read was; NaN in a file that does not say so.
   double time_s() const { return header_.time < 0 ? kNaN : time_; }

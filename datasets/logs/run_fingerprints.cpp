@@ -17,15 +17,23 @@
 namespace credence::internal {
 namespace {
 
-std::string_view bytes_of(const auto& number) {
+std::string_view bytes_of(const std::uint64_t& number) {
   return {reinterpret_cast<const char*>(&number), sizeof(number)};
+}
+
+/// The bits of a number, scattered.
+std::uint64_t scattered(double value) {
+  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;
+  std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
+  bits = (bits ^ (bits >> 32)) * kOdd;
+  return (bits ^ (bits >> 29)) * kOdd;
 }
 
 /// The numbers of a row other than zero, in no order.
 std::uint64_t row_sum(const std::vector<double>& row) {
   std::uint64_t sum = 0;
   for (const double value : row) {
-    if (value != 0.0) sum += stable_hash(bytes_of(value));
+    if (value != 0.0) sum += scattered(value);
   }
   return sum;
 }
@@ -63,9 +71,9 @@ void RunFingerprints::begin_run() {
 }
 
 void RunFingerprints::add(const Step& step) {
-  row_.assign(step.error.begin(), step.error.end());
+  row_.assign(step.error.data(), step.error.data() + step.error.size());
   for (const Innovation& innovation : step.innovations)
-    row_.insert(row_.end(), innovation.nu.begin(), innovation.nu.end());
+    row_.insert(row_.end(), innovation.nu.data(), innovation.nu.data() + innovation.nu.size());
   const std::uint64_t sum = row_sum(row_);
   hash_ = stable_hash(bytes_of(sum), hash_);
   bits_.add_row(row_);

@@ -368,7 +368,8 @@ void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const Normal
   if (sensor.nis_alone) {
     run.values.push_back(normal_score(chi_square_cdf(value.value, static_cast<double>(value.dof))));
   } else {
-    run.values.insert(run.values.end(), value.whitened.begin(), value.whitened.end());
+    const double* const u = value.whitened.data();
+    run.values.insert(run.values.end(), u, u + value.whitened.size());
   }
 }
 

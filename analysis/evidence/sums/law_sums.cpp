@@ -46,8 +46,11 @@ void RunWhitened::add(const Vector& whitened, bool thinned) {
   sum += whitened;
   const Index every = thinned ? std::max<Index>(1, rows_of_group / kGroupsAtLeast) : 1;  // a power of two
   if ((steps++ & (every - 1)) != 0) return;
-  for (Index j = 0; j < dim; ++j)
-    outer.col(j).tail(dim - j) += static_cast<double>(every) * whitened[j] * whitened.tail(dim - j);
+  // Plain: of a few states an expression costs more than its numbers.
+  for (Index j = 0; j < dim; ++j) {
+    const double by = static_cast<double>(every) * whitened[j];
+    for (Index i = j; i < dim; ++i) outer(i, j) += by * whitened[i];
+  }
 }
 
 Vector RunWhitened::mean() const {

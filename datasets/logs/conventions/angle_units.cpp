@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -16,12 +17,13 @@ namespace {
 constexpr double kDegreesOfTurn = 360.0, kRadiansOfTurn = 2.0 * std::numbers::pi;
 // A value with its rounding.
 constexpr double kSlack = 1.0 + 1e-3;
+// Of a turn, from either end of it to a value near that end.
+constexpr double kNearEnd = 1.0 / 6.0;
 // By which the mean of e²/P is too large where the error alone is in degrees.
 constexpr double kSquareOfDegrees = 1.0 / (kRadiansPerDegree * kRadiansPerDegree);
 
 /// Whether a step from a to b is a wrap of an angle with such a turn, counted from 0 or from −half a turn.
 bool wraps(double a, double b, double turn) {
-  constexpr double kNearEnd = 1.0 / 6.0;  // of a turn
   const double low = std::min(a, b), high = std::max(a, b), near = kNearEnd * turn;
   if (!(high - low >= turn - near)) return false;  // also where one is NaN
   const bool about_zero = low >= -0.5 * turn * kSlack && high <= 0.5 * turn * kSlack;
@@ -38,8 +40,10 @@ bool within_turn(double least, double most, double turn) {
 }  // namespace
 
 void AngleUnits::State::add_estimate(double value) {
-  wraps_of_degrees += wraps(last, value, kDegreesOfTurn) ? 1 : 0;
-  wraps_of_radians += wraps(last, value, kRadiansOfTurn) ? 1 : 0;
+  if (std::abs(value - last) >= kRadiansOfTurn - kNearEnd * kRadiansOfTurn) {
+    wraps_of_degrees += wraps(last, value, kDegreesOfTurn) ? 1 : 0;
+    wraps_of_radians += wraps(last, value, kRadiansOfTurn) ? 1 : 0;
+  }
   least = estimates == 0 ? value : std::min(least, value);
   most = estimates == 0 ? value : std::max(most, value);
   last = value;
@@ -64,8 +68,9 @@ void AngleUnits::add(const Step& step) {
     state.least_error = std::min(state.least_error, error);
     state.most_error = std::max(state.most_error, error);
     if (!(variance > 0.0)) continue;
-    state.normalised += error * error / variance;
-    state.largest = std::max(state.largest, error * error / variance);
+    const double square = error * error / variance;
+    state.normalised += square;
+    state.largest = std::max(state.largest, square);
     ++state.count;
   }
 }

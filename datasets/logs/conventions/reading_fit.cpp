@@ -110,7 +110,7 @@ class PartNees {
     sum_ += e_;
     // Plain: of a few states an expression costs more than its numbers.
     for (Index j = 0; j < e_.size(); ++j) {
-      for (Index i = 0; i < e_.size(); ++i) outer_(i, j) += e_[j] * e_[i];
+      for (Index i = j; i < e_.size(); ++i) outer_(i, j) += e_[j] * e_[i];
     }
     return true;
   }
@@ -128,7 +128,7 @@ class PartNees {
   bool whole_;
   SmallCholesky factor_;
   Vector e_, sum_;
-  Matrix P_, outer_;
+  Matrix P_, outer_;  ///< of Σ u uᵀ the lower triangle
 };
 
 /// Of a reading that is asked whether it fits the first row that excludes it ends it.
