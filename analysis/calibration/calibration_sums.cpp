@@ -51,8 +51,10 @@ void CalibrationSum::merge(const CalibrationSum& later) {
   nees += later.nees;
   add_to(marginal, later.marginal);
   add_to(pairs, later.pairs);
+  auto next = bins.begin();  // where both have the same
   for (const auto& [place, bin] : later.bins) {
-    Bin& here = bins[place];
+    next = bins.try_emplace(next, place);
+    Bin& here = next++->second;
     here.rows += bin.rows;
     here.squared += bin.squared;
     here.variance += bin.variance;
@@ -110,6 +112,10 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
     runs_.clear();
     layout_ = layout;
     parts_ = calibration_parts(layout);
+    block_of_part_.clear();
+    for (const Block& part : parts_)
+      block_of_part_.push_back(
+          static_cast<std::size_t>(std::ranges::find(layout.blocks, part) - layout.blocks.begin()));
     const auto position = std::ranges::find(layout.blocks, Part::position, &Block::part);
     position_ = position == layout.blocks.end() ? std::vector<Index>{} : position->states;
     for (std::size_t r = 0; r < kRisks.size() && !position_.empty(); ++r)
@@ -122,13 +128,19 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
   rows_per_group_ = 1;
 }
 
-void CalibrationRecorder::add(const Step& step, double distance_m) {
+void CalibrationRecorder::add(const Step& step, double distance_m, FactoredState factored) {
   const auto n = static_cast<Index>(layout_.states.size());
   if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
-  if (!step.error.allFinite() || !factor_.compute(step.P)) return;
-  whitened_ = step.error;
-  factor_.solve_lower(whitened_);
-  const double nees = whitened_.squaredNorm() / static_cast<double>(n);
+  double nees = 0.0;
+  if (factored.factor != nullptr) {
+    nees = factored.normalised->whole.value / static_cast<double>(n);
+  } else {
+    if (!step.error.allFinite() || !factor_.compute(step.P)) return;
+    whitened_ = step.error;
+    factor_.solve_lower(whitened_);
+    nees = whitened_.squaredNorm() / static_cast<double>(n);
+    factored = {&factor_, nullptr};
+  }
   if (!std::isfinite(nees)) return;
   CalibrationSum& sum = group_at_hand();
   ++sum.rows;
@@ -139,7 +151,7 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
     sum.marginal[0] += nees;
     sum.pairs[0] += static_cast<double>(n) * nees;
   } else {
-    add_parts(step, sum);
+    add_parts(step, factored, sum);
   }
   for (Index i = 0; i < n; ++i) {
     const double squared = step.error[i] * step.error[i], variance = step.P(i, i);
@@ -165,8 +177,9 @@ CalibrationSum::Bin& CalibrationRecorder::bin_of(Index state, double variance, C
     last.place = -1;
   }
   if (last.place < 0) {
-    const auto [found, is_new] = sum.bins.try_emplace({state, last.bin});
-    if (is_new) {  // which moves those behind it
+    const std::size_t before = sum.bins.size();
+    const auto found = sum.bins.try_emplace(sum.bins.end(), {state, last.bin});  // of a new group
+    if (sum.bins.size() > before && found + 1 != sum.bins.end()) {  // which moves those behind it
       for (LastBin& other : last_bins_) other.place = -1;
     }
     last.place = found - sum.bins.begin();
@@ -206,14 +219,19 @@ void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here
   ++run_.stanford[{cell(std::sqrt(squared)), cell(std::sqrt(largest))}];
 }
 
-void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
+void CalibrationRecorder::add_parts(const Step& step, const FactoredState& factored, CalibrationSum& sum) {
   const std::size_t m = parts_.size();
   parts_whitened_.setZero(step.error.size(), static_cast<Index>(m));  // L⁻¹ e_a, of the error of a part alone
   for (std::size_t a = 0; a < m; ++a) {
     const std::vector<Index>& at = parts_[a].states;
     auto whitened = parts_whitened_.col(static_cast<Index>(a));
     for (const Index state : at) whitened[state] = step.error[state];
-    factor_.solve_lower(whitened);
+    factored.factor->solve_lower(whitened);
+    if (factored.normalised != nullptr) {
+      const NormalisedSquare& part = factored.normalised->blocks[block_of_part_[a]];
+      sum.marginal[a] += part.value / static_cast<double>(at.size());
+      continue;
+    }
     if (at.size() == 1) {
       const double u = step.error[at[0]] / std::sqrt(step.P(at[0], at[0]));
       sum.marginal[a] += u * u;

@@ -11,6 +11,7 @@
 #include "analysis/calibration/distance_sums.h"
 #include "core/linear_algebra/small_cholesky.h"
 #include "core/nan.h"
+#include "core/record/normalised_step.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 
@@ -61,6 +62,12 @@ struct CalibrationRun {
   DistanceSums distance{};  ///< empty where the way is not known
 };
 
+/// Of a step whose P = L Lᵀ was factored already; null where it was not.
+struct FactoredState {
+  const SmallCholesky* factor = nullptr;
+  const NormalisedStep* normalised = nullptr;
+};
+
 /// Adds up the rows of runs. Looked at are states of up to twelve dimensions whose covariance is known as a
 /// whole, complete in a row; where runs have other states than others, those of the first run with most. Rows
 /// with a P that is not positive definite are left to EvidenceRecorder.
@@ -71,8 +78,9 @@ class CalibrationRecorder {
   static constexpr std::array<double, 3> kRisks = {1e-2, 1e-3, 1e-5};
 
   void begin_run(const RunLayout& layout, std::string name);
-  /// distance_m: that the truth has travelled in the run so far; NaN where it is not known.
-  void add(const Step& step, double distance_m = kNaN);
+  /// distance_m: that the truth has travelled in the run so far; NaN where it is not known. `factored`: of
+  /// this step, by an EvidenceRecorder of the same layout, so that it is not done again.
+  void add(const Step& step, double distance_m = kNaN, FactoredState factored = {});
 
   /// Of the runs so far, at most kMostRuns, in their order.
   std::vector<CalibrationRun> take();
@@ -84,15 +92,16 @@ class CalibrationRecorder {
  private:
   void close_run();
   CalibrationSum& group_at_hand();
-  void add_parts(const Step& step, CalibrationSum& sum);
+  void add_parts(const Step& step, const FactoredState& factored, CalibrationSum& sum);
   void add_position(const Step& step, DistanceSums::Bin& here);
   /// That of a state with this variance in `sum`, which is the group at hand.
   CalibrationSum::Bin& bin_of(Index state, double variance, CalibrationSum& sum);
 
   RunLayout layout_;
   std::vector<Block> parts_;
-  std::vector<Index> position_;     ///< states of the position
-  std::array<double, 3> limits_{};  ///< χ² of kRisks
+  std::vector<std::size_t> block_of_part_;  ///< of the layout
+  std::vector<Index> position_;             ///< states of the position
+  std::array<double, 3> limits_{};          ///< χ² of kRisks
   std::vector<CalibrationSum>
       groups_;  ///< the first open_groups_ are of the open run, of equal numbers of rows
   std::size_t open_groups_ = 0;

@@ -30,7 +30,7 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
       stop_point();
       reader.read(r, row, step);
       recorder.add(step);
-      if (calibration != nullptr) calibration->add(step);
+      if (calibration != nullptr) calibration->add(step, kNaN, recorder.factored());
     }
     if (run.failure) recorder.end_run(run.failure->outcome, run.failure->step);
   }

@@ -81,7 +81,7 @@ class GroupSink final : public LogSink {
     ++steps_;
     sums_.add(step);
     group_.fingerprints.add(step);
-    group_.calibration.add(step, std::exchange(travelled_m_, kNaN));
+    group_.calibration.add(step, std::exchange(travelled_m_, kNaN), sums_.factored());
     group_.times.add(step.step, std::exchange(time_s_, kNaN));
   }
   void travelled(double distance_m) override { travelled_m_ = distance_m; }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/calibration/calibration_sums.h"
 #include "analysis/evidence/sums/evidence.h"
 #include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/laws/correlation/lateness.h"
@@ -37,6 +38,8 @@ class EvidenceRecorder {
   /// The next step of the open run, or of the i-th of them.
   void add(const Step& step, std::size_t i = 0);
   void add(const NormalisedStep& step, std::size_t i = 0);
+  /// Of the step last added, until the next one.
+  FactoredState factored() const { return {normaliser_.factor_of_state(), &normalised_}; }
   /// It ended so, at this step.
   void end_run(Outcome outcome, std::int64_t step, std::size_t i = 0);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/laws/correlation/lateness.h"
+#include "core/linear_algebra/logarithm.h"
 #include "core/record/certain_states.h"
 #include "core/record/normalised_error.h"
 #include "core/record/take_block.h"
@@ -94,19 +95,55 @@ void StepNormaliser::Solved::clear() {
   problem = {};
 }
 
+bool StepNormaliser::Solved::factor_few(const VectorRef& e, const MatrixRef& covariance) {
+  const Index n = covariance.rows();
+  for (Index i = 0; i < n; ++i) {
+    if (!(covariance(i, i) > 0.0)) return false;
+  }
+  if (!factor.compute(covariance)) return false;
+  const double least = NeesSolver::least_pivot(n);
+  for (Index i = 0; i < n; ++i) {
+    const double pivot = factor.pivot(i);
+    if (!(pivot * pivot > least * covariance(i, i))) return false;
+  }
+  of.whitened = e;
+  factor.solve_lower(of.whitened);
+  const double value = of.whitened.squaredNorm();
+  if (!std::isfinite(value)) return false;
+  of.value = value;
+  of.dof = n;
+  return true;
+}
+
+bool StepNormaliser::Solved::factor_by_solver(const VectorRef& e, const MatrixRef& covariance) {
+  if (!(covariance.diagonal().array() > 0.0).all()) return false;
+  const NeesValue nees = solver.solve(e, covariance);
+  if (nees.dof < 0 || !std::isfinite(nees.value) || !solver.well_conditioned(covariance)) return false;
+  of.value = nees.value;
+  of.whitened = solver.whitened();
+  of.dof = nees.dof;
+  return true;
+}
+
 void StepNormaliser::Solved::normalise(const VectorRef& e, const MatrixRef& covariance) {
   clear();
+  wide = covariance.rows() > SmallCholesky::kMost;
   // The common case, with the arithmetic of the engine.
-  if ((covariance.diagonal().array() > 0.0).all()) {
-    const NeesValue nees = solver.solve(e, covariance);
-    if (nees.dof >= 0 && std::isfinite(nees.value) && solver.well_conditioned(covariance)) {
-      factorised = true;
-      of.value = nees.value;
-      of.whitened = solver.whitened();
-      of.dof = nees.dof;
-      return;
-    }
-  }
+  factorised = wide ? factor_by_solver(e, covariance) : factor_few(e, covariance);
+  if (!factorised) normalise_by_rank(e, covariance);
+}
+
+void StepNormaliser::Solved::normalise_innovation(const VectorRef& nu, const MatrixRef& S) {
+  clear();
+  factorised = factor_by_solver(nu, S);
+  if (!factorised) normalise_by_rank(nu, S);
+}
+
+double StepNormaliser::Solved::log_determinant() const {
+  return wide ? solver.log_determinant() : log_determinant_of_factor(factor.lower());
+}
+
+void StepNormaliser::Solved::normalise_by_rank(const VectorRef& e, const MatrixRef& covariance) {
   const NormalisedError general = normalised_error(e, covariance);
   if (!general.ok) {
     problem = general.reason;
@@ -135,6 +172,7 @@ void StepNormaliser::Solved::normalise(double e, double variance) {
 
 std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
                                            const StepPlaces& places, NormalisedStep& normalised) {
+  state_.clear();
   find_certain_states(step.estimate, step.error, step.P, certain_);
   if (certain_.empty()) return normalise_known(step, layout, places, normalised);
   Step known = step;
@@ -166,7 +204,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     whole = state_.of;
-    if (state_.factorised) normalised.log_determinant = state_.solver.log_determinant();
+    if (state_.factorised) normalised.log_determinant = state_.log_determinant();
   } else {
     whole.dof = 0;
   }
@@ -212,7 +250,7 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     value.noise_share = kNaN;
     if (innovation.nu.size() == 0) continue;
     Solved& solved = innovations_[i];
-    solved.normalise(innovation.nu, innovation.S);
+    solved.normalise_innovation(innovation.nu, innovation.S);
     if (!solved.problem.empty()) return "S of an innovation is not positive semidefinite";
     static_cast<NormalisedVector&>(value) = solved.of;
     value.nu = innovation.nu;

@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/linear_algebra/small_cholesky.h"
 #include "core/record/normalised_step.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
@@ -34,18 +35,36 @@ class StepNormaliser {
   std::string_view normalise(const Step& step, const RunLayout& layout, const StepPlaces& places,
                              NormalisedStep& normalised);
 
+  /// The factor of P of the last step, of no more states than it takes; null where there is none, or where
+  /// not the P of the step was judged.
+  const SmallCholesky* factor_of_state() const {
+    return state_.factorised && !state_.wide && certain_.empty() ? &state_.factor : nullptr;
+  }
+
  private:
   struct Solved {
     NormalisedVector of{};
-    bool factorised = false;  ///< `solver` holds the factor of the covariance
+    bool factorised = false;  ///< the covariance: by `factor`, or by `solver` where it is wide
+    bool wide = false;        ///< of more states than `factor` takes
     std::string_view problem = {};
-    NeesSolver solver{};  ///< one of each kind of value, so that none changes its size
-    BlockError block{};   ///< of the first block, of the position, and of blocks of some but not all states
+    SmallCholesky factor{};  ///< one of each kind of value, so that none changes its size
+    NeesSolver solver{};     ///< likewise
+    BlockError block{};  ///< of the first block, of the position, and of blocks of some but not all states
 
     void clear();
     void normalise(const VectorRef& e, const MatrixRef& covariance);
+    /// The same, with the factor of S in `solver`.
+    void normalise_innovation(const VectorRef& nu, const MatrixRef& S);
+    double log_determinant() const;
     /// Of one state, with the same bits and without a matrix.
     void normalise(double e, double variance);
+
+   private:
+    /// False where a pivot is none, or no more than rounding.
+    bool factor_by_solver(const VectorRef& e, const MatrixRef& covariance);
+    /// The same arithmetic without what the solver copies.
+    bool factor_few(const VectorRef& e, const MatrixRef& covariance);
+    void normalise_by_rank(const VectorRef& e, const MatrixRef& covariance);
   };
 
   std::string_view normalise_state(const Step& step, const RunLayout& layout, const StepPlaces& places,

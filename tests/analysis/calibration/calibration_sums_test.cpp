@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "analysis/evidence/sums/evidence_recorder.h"
+
 namespace credence::internal {
 namespace {
 
@@ -59,6 +61,35 @@ TEST(CalibrationRecorder, PartsAndPairsAreThoseOfTheInverse) {
   ASSERT_EQ(runs[0].distance.bins().size(), 1U + static_cast<std::size_t>(3.0 / runs[0].distance.length_m()));
   EXPECT_EQ(runs[0].distance.bins().back().squared, 5.0);
   EXPECT_EQ(runs[0].distance.bins().back().variance, 4.0);
+}
+
+TEST(CalibrationRecorder, TakesTheFactorAtHandToTheSameBits) {
+  RunLayout layout = layout_of_parts();
+  layout.blocks.insert(layout.blocks.begin(), {"pose", Part::pose, {0, 1, 2}});
+  EvidenceRecorder evidence(layout);
+  CalibrationRecorder alone, given;
+  evidence.begin_run();
+  alone.begin_run(layout, "run");
+  given.begin_run(layout, "run");
+  const Matrix P{{2.0, 1.0, 0.3}, {1.0, 2.0, -0.2}, {0.3, -0.2, 0.25}};
+  for (const double scale : {0.7, 1.0, 1.3}) {
+    const Step step = step_of_errors(scale * Vector{{1.0, -2.0, 0.5}}, scale * P);
+    evidence.add(step);
+    ASSERT_NE(evidence.factored().factor, nullptr);
+    alone.add(step);
+    given.add(step, kNaN, evidence.factored());
+  }
+  const CalibrationRun a = alone.take().at(0), b = given.take().at(0);
+  EXPECT_EQ(a.whole.rows, 3);
+  EXPECT_EQ(a.whole.nees, b.whole.nees);
+  EXPECT_EQ(a.whole.marginal, b.whole.marginal);
+  EXPECT_EQ(a.whole.pairs, b.whole.pairs);
+
+  Step certain = step_of_errors(Vector{{1.0, -2.0, 0.0}}, Matrix(Vector{{2.0, 2.0, 1e-40}}.asDiagonal()));
+  certain.step = 4;
+  certain.estimate = Vector{{0.0, 0.0, 1.0}};
+  evidence.add(certain);  // judged by another P than the step has
+  EXPECT_EQ(evidence.factored().factor, nullptr);
 }
 
 TEST(CalibrationRecorder, CountsWhatIsBeyondEachLevel) {
