@@ -74,6 +74,8 @@ void FilterLogReader::read_comment(std::string_view line) {
 
 void FilterLogReader::parse_fields(std::string_view line) {
   std::size_t count = 0;
+  const std::size_t columns = fields_.size();
+  double* const fields = fields_.data();
   const char* const line_end = line.data() + line.size();
   for (std::size_t begin = 0; begin <= line.size(); ++count) {
     // The common case: a number without blanks.
@@ -82,14 +84,14 @@ void FilterLogReader::parse_fields(std::string_view line) {
     const bool whole = error == std::errc() && (stop == line_end || *stop == ',') && std::isfinite(plain);
     const std::size_t end =
         whole ? static_cast<std::size_t>(stop - line.data()) : std::min(line.find(',', begin), line.size());
-    if (count < fields_.size() && whole) {
-      fields_[count] = plain;
-    } else if (count < fields_.size()) {
+    if (count < columns && whole) {
+      fields[count] = plain;
+    } else if (count < columns) {
       const std::string_view field = trim_blanks(line.substr(begin, end - begin));
       if (field.empty()) {
-        fields_[count] = std::numeric_limits<double>::quiet_NaN();
+        fields[count] = std::numeric_limits<double>::quiet_NaN();
       } else if (const std::optional<double> number = parse_finite(field)) {
-        fields_[count] = *number;
+        fields[count] = *number;
       } else {
         lines_.fail(fmt::format("column {}: '{}' is not a finite number (a missing value is a blank field)",
                                 shown_field(names_[count]), shown_field(field)));
@@ -97,8 +99,8 @@ void FilterLogReader::parse_fields(std::string_view line) {
     }
     begin = end + 1;
   }
-  if (count != fields_.size()) {
-    lines_.fail(fmt::format("{} fields where the header names {} columns", count, fields_.size()));
+  if (count != columns) {
+    lines_.fail(fmt::format("{} fields where the header names {} columns", count, columns));
   }
 }
 
@@ -163,12 +165,15 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
   out.resize(n, n);
   Index missing = -1;
   bool full = false;
+  std::size_t next = 0;  // of all components in their order
   for (Index i = 0; i < n; ++i) {
     for (Index j = i; j < n; ++j) {
-      const std::size_t place =
-          triangle_index(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)], size);
-      out(i, j) = out(j, i) = value(matrix.upper[place]);
-      if (std::isnan(out(i, j))) missing = matrix.upper[place];
+      const std::size_t place = n == size ? next++
+                                          : triangle_index(kept[static_cast<std::size_t>(i)],
+                                                           kept[static_cast<std::size_t>(j)], size);
+      const double entry = value(matrix.upper[place]);
+      out(i, j) = out(j, i) = entry;
+      if (std::isnan(entry)) missing = matrix.upper[place];
       if (matrix.lower[place] < 0) continue;
       full = true;
       out(i, j) = value(matrix.lower[place]);
