@@ -56,26 +56,46 @@ RunSpread run_spread(const VerdictDesign& design) {
   return {deviation, design.run_skewness > 0.0 ? design.run_skewness : 2.0 * deviation};
 }
 
+// Of averages that vary in so many runs as they do on average.
+SkewedMoments expected_moments(const VerdictDesign& design, double runs) {
+  const auto [deviation, skewness] = run_spread(design);
+  const double spread = std::sqrt((runs - 1.0) / runs) * deviation;
+  return {.count = static_cast<std::int64_t>(runs),
+          .mean = 1.0,
+          .m2 = runs * spread * spread,
+          .m3 = runs * skewness * spread * spread * spread};
+}
+
+// Of studies in which the averages of so many runs vary as the design says.
+template <class Take>
+void simulate_studies(const VerdictDesign& design, std::int64_t runs, Take take) {
+  const auto [deviation, skewness] = run_spread(design);
+  // Pearson's type III: a gamma law of this skewness, shifted and scaled to mean 1.
+  const double shape = 4.0 / (skewness * skewness), scale = deviation / std::sqrt(shape);
+  std::mt19937_64 bits(1);
+  std::gamma_distribution<double> gamma(shape, scale);
+  for (int study = 0; study < design.simulated_studies; ++study) {
+    SkewedMoments moments;
+    for (std::int64_t run = 0; run < runs; ++run)
+      moments.add(std::max(0.0, 1.0 + gamma(bits) - shape * scale));
+    take(moments);
+  }
+}
+
+// Beyond so many runs their moments hardly vary from study to study.
+constexpr double kMostRunsSimulated = 200.0;
+
 // Averages of whole runs, judged as judge_nees does. A study of averages times a factor rejects the mean 1
 // where without it the mean 1/factor is rejected: so one interval a study tells for every factor.
 class ComparedRuns {
  public:
   ComparedRuns(const VerdictDesign& design, std::int64_t runs) {
-    const auto [deviation, skewness] = run_spread(design);
-    // Pearson's type III: a gamma law of this skewness, shifted and scaled to mean 1.
-    const double shape = 4.0 / (skewness * skewness), scale = deviation / std::sqrt(shape);
-    std::mt19937_64 bits(1);
-    std::gamma_distribution<double> gamma(shape, scale);
     const double level = 0.5 * (1.0 - design.confidence);
-    for (int study = 0; study < design.simulated_studies; ++study) {
-      SkewedMoments moments;
-      for (std::int64_t run = 0; run < runs; ++run) {
-        moments.add(std::max(0.0, 1.0 + gamma(bits) - shape * scale));
-      }
+    simulate_studies(design, runs, [&](const SkewedMoments& moments) {
       const MeanInterval mean = run_mean_interval(moments, 1.0 - level, least_dof(design));
       optimistic_from_.push_back(1.0 / mean.lower);
       pessimistic_to_.push_back(1.0 / mean.upper);
-    }
+    });
   }
 
   double power(double factor) const {
@@ -83,9 +103,6 @@ class ComparedRuns {
     const auto down = std::ranges::count_if(pessimistic_to_, [=](double most) { return factor < most; });
     return static_cast<double>(up + down) / static_cast<double>(optimistic_from_.size());
   }
-
-  /// Beyond, the scores are those of a χ² of all dof.
-  static constexpr double kMostRuns = 200.0;
 
  private:
   std::vector<double> optimistic_from_, pessimistic_to_;
@@ -95,11 +112,17 @@ ChiSquareInterval interval_of_sum(const VerdictDesign& design, double runs, doub
   const double step_dof = runs * design.dof_per_step;
   if (design.white) return central_interval(step_dof * design.steps, level);
   const double effective = std::min(design.steps, design.effective_steps);
-  if (runs >= static_cast<double>(kFewestRunsCompared)) return central_interval(effective * step_dof, level);
+  const double dof = effective * step_dof;
+  if (runs > kMostRunsSimulated && design.simulated_studies > 0) {
+    const MeanInterval mean =
+        run_mean_interval(expected_moments(design, runs), 1.0 - level, least_dof(design));
+    return {dof, dof / mean.upper, dof / mean.lower};
+  }
+  if (runs >= static_cast<double>(kFewestRunsCompared)) return central_interval(dof, level);
   // The acceptance interval of the mean over steps is that of one step, by expected shortfall.
   const double lower = chi_square_lower_tail_mean(0.5 * level, step_dof);
   const double upper = chi_square_upper_tail_mean(0.5 * level, step_dof);
-  return {effective * step_dof, effective * lower, effective * upper};
+  return {dof, effective * lower, effective * upper};
 }
 
 // The power of a verdict over so many runs, for any factor.
@@ -115,7 +138,7 @@ class VerdictPower {
     }
     step_ = central_interval(step_dof, 0.5 * alpha / design.steps);
     const bool few = runs < static_cast<double>(kFewestRunsCompared);
-    if (!design.white && !few && runs <= ComparedRuns::kMostRuns && design.simulated_studies > 0) {
+    if (!design.white && !few && runs <= kMostRunsSimulated && design.simulated_studies > 0) {
       compared_.emplace(design, static_cast<std::int64_t>(runs));
     } else {
       sum_ = interval_of_sum(design, runs, 0.5 * alpha);
@@ -191,14 +214,17 @@ DetectableFactors detectable_factors(const VerdictDesign& design, double runs, d
 std::int64_t runs_for_precision(const VerdictDesign& design, double precision) {
   require_design(design);
   require_positive("precision", precision);
-  const RunSpread run = run_spread(design);
-  const auto half_width = [&](double runs) {
-    const double spread = std::sqrt((runs - 1.0) / runs) * run.deviation;
-    const SkewedMoments moments{.count = static_cast<std::int64_t>(runs),
-                                .mean = 1.0,
-                                .m2 = runs * spread * spread,
-                                .m3 = runs * run.skewness * spread * spread * spread};
+  const auto half_width_of = [&](const SkewedMoments& moments) {
     return run_mean_interval(moments, design.confidence, least_dof(design)).half_width();
+  };
+  const auto half_width = [&](double runs) {
+    if (runs <= kMostRunsSimulated && design.simulated_studies > 0) {
+      Moments widths;
+      simulate_studies(design, static_cast<std::int64_t>(runs),
+                       [&](const SkewedMoments& m) { widths.add(half_width_of(m)); });
+      return widths.mean;
+    }
+    return half_width_of(expected_moments(design, runs));
   };
   const double runs = fewest_runs(2.0, [&](double many) { return half_width(many) <= precision; });
   return static_cast<std::int64_t>(std::min(kMostRuns, runs));

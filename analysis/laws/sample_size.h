@@ -20,8 +20,9 @@ struct VerdictDesign {
   double effective_steps = 1.0;  ///< for NEES: independent steps (effective_sample.h); 1 is fully correlated
   double run_skewness = 0.0;     ///< for NEES: of the average of a run; 0: that of a multiple of χ²
   double least_dof = 0.0;        ///< for NEES: of any step of a run; 0: dof_per_step
-  int simulated_studies = 0;  ///< for NEES: by which the power of whole runs is found; 0: by a law of their
-                              ///< sum, which of few runs finds a P too large more often than the verdict does
+  int simulated_studies = 0;     ///< for NEES: by which the power of whole runs and the width of the interval
+                              ///< are found; 0: by a law of their sum, which of few runs finds a P too large
+                              ///< more often than the verdict does
 };
 
 /// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a
@@ -29,7 +30,8 @@ struct VerdictDesign {
 ///
 /// Sum over white steps: exact. Correlated steps: the averages of whole runs as a multiple of χ² with the
 /// effective dof, or, of 5 to 200 runs, in simulated studies judged as the verdict does, their averages gamma
-/// but for a shift; of fewer than five by the bound for every dependence. Steps: exact for white ones; one
+/// but for a shift, and of more by the moments of such averages; of fewer than five by the bound for every
+/// dependence. Steps: exact for white ones; one
 /// step at the Bonferroni level for correlated ones. Throws std::invalid_argument unless factor > 0 and runs
 /// > 0, and for an impossible design.
 double verdict_power(const VerdictDesign& design, double factor, double runs);
@@ -53,8 +55,9 @@ struct DetectableFactors {
 DetectableFactors detectable_factors(const VerdictDesign& design, double runs, double power);
 
 /// The fewest runs, at least 2, whose interval of the mean NEES of a consistent filter (run_mean_interval)
-/// has at most this relative half-width, where the averages of the runs vary as they do on average: of many
-/// runs z² 2 / (n T_eff precision²). Throws std::invalid_argument unless precision > 0.
+/// has at most this relative half-width on average, over simulated studies of up to 200 runs, else where the
+/// averages of the runs vary as they do on average: of many runs z² 2 / (n T_eff precision²). Throws
+/// std::invalid_argument unless precision > 0.
 std::int64_t runs_for_precision(const VerdictDesign& design, double precision);
 
 }  // namespace credence::internal
