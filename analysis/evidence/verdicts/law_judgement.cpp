@@ -174,6 +174,7 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
     return result;
   }
   result.value = hall_interval(score.value, confidence);
+  result.reason = result.value.reason;
   result.expected = score.expected.mean;
   return result;
 }

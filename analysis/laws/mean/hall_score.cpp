@@ -6,6 +6,16 @@
 #include "core/nan.h"
 
 namespace credence::internal {
+namespace {
+
+/// In a few skewed values the large ones may be missing, and with them most of the variance.
+double skewed_dof(const SkewedMoments& moments) {
+  constexpr std::int64_t kFew = 20;
+  const auto dof = static_cast<double>(moments.count - 1);
+  return moments.count < kFew ? 0.5 * dof : dof;
+}
+
+}  // namespace
 
 double sample_skewness(const SkewedMoments& moments) {
   if (!(moments.m2 > 0.0)) return 0.0;
@@ -48,7 +58,7 @@ MeanInterval hall_interval(const SkewedMoments& moments, double confidence) {
     interval.reason = "the skewness is not finite";
     return interval;
   }
-  const double t = student_quantile_two_sided(confidence, static_cast<double>(moments.count - 1));
+  const double t = student_quantile_two_sided(confidence, skewed_dof(moments));
   interval.lower = mean_of_hall_score(moments, t);
   interval.upper = mean_of_hall_score(moments, -t);
   return interval;
@@ -56,21 +66,22 @@ MeanInterval hall_interval(const SkewedMoments& moments, double confidence) {
 
 MeanInterval paired_interval(const SkewedMoments& differences, double confidence) {
   MeanInterval interval = hall_interval(differences, confidence);
-  if (!interval.reason.empty()) return interval;
-  const MeanInterval student = student_interval(
-      {.count = differences.count, .mean = differences.mean, .m2 = differences.m2}, confidence);
-  interval.lower = std::min(interval.lower, student.lower);
-  interval.upper = std::max(interval.upper, student.upper);
+  if (!interval.reason.empty() || !(differences.m2 > 0.0)) return interval;
+  const double t = student_quantile_two_sided(confidence, skewed_dof(differences));
+  const double error = std::sqrt(differences.variance() / static_cast<double>(differences.count));
+  interval.lower = std::min(interval.lower, differences.mean - t * error);
+  interval.upper = std::max(interval.upper, differences.mean + t * error);
   return interval;
 }
 
 double paired_p_value(const SkewedMoments& differences) {
   if (differences.count < 2) return kNaN;
   if (differences.m2 == 0.0) return differences.mean == 0.0 ? 1.0 : 0.0;
-  const auto count = static_cast<double>(differences.count);
-  const double student = differences.mean / std::sqrt(differences.variance() / count);
-  return std::max(student_two_sided_p_value(student, count - 1.0),
-                  student_two_sided_p_value(hall_score(differences, 0.0), count - 1.0));
+  const double dof = skewed_dof(differences);
+  const double student =
+      differences.mean / std::sqrt(differences.variance() / static_cast<double>(differences.count));
+  return std::max(student_two_sided_p_value(student, dof),
+                  student_two_sided_p_value(hall_score(differences, 0.0), dof));
 }
 
 }  // namespace credence::internal

@@ -28,35 +28,51 @@ double mean_of_hall_score(const SkewedMoments& moments, double z, double skewnes
 /// The same, of the sample skewness.
 double mean_of_hall_score(const SkewedMoments& moments, double z);
 
-/// The interval of the means whose score Student's quantile of M − 1 dof accepts: Student's own interval of
-/// two values, and of more one that follows their skewness. Reasons and errors as student_interval.
+/// The interval of the means whose score Student's quantile accepts, of M − 1 dof, and of half as many where
+/// M < 20, as of few skewed values the large ones may be missing, and with them most of the variance. Reasons
+/// and errors as student_interval.
 ///
-/// Share of intervals without the mean, in % at nominal 5 % (20,000 studies up to M = 10, 1,000 at 200): of
-/// the log score of exact filters (SLAM of 1 and 5 landmarks, 100 steps; constant velocity; χ²₁) and the
-/// CRPS,
+/// Share of intervals without the mean, in % at nominal 5 %, least … largest over χ²(1), χ²(2), χ²(5),
+/// χ²(20), 0.2 χ²(1) + 0.8 χ²(40)/40, a normal law and the CRPS of one (numpy, 40,000 studies); from M = 50
+/// on of the log score of exact filters (SLAM of 1 and 5 landmarks, 100 steps; constant velocity; χ²₁) and
+/// the CRPS (1,000 studies of 200):
 ///
-/// | M   | Student's  | this       |
-/// |-----|------------|------------|
-/// | 3   | 5 … 18     | 5 … 13     |
-/// | 5   | 5 … 17     | 5 … 11     |
-/// | 10  | 5 … 14     | 5 … 7.4    |
-/// | 20  | 5 … 11     | 4.6 … 6.2  |
-/// | 50  | 5 … 7.3    | 3.7 … 5.4  |
-/// | 200 | 3.3 … 6.6  | 3.4 … 5.9  |
+/// | M   | by M − 1 dof | this      |
+/// |-----|--------------|-----------|
+/// | 2   | 4.8 … 14.7   | 0.3 … 2.1 |
+/// | 3   | 4.9 … 12.6   | 1.1 … 6.2 |
+/// | 5   | 5.3 … 9.9    | 1.7 … 5.5 |
+/// | 7   | 5.3 … 8.2    | 2.2 … 4.9 |
+/// | 10  | 5.2 … 7.0    | 2.8 … 4.3 |
+/// | 15  | 4.7 … 6.7    | 3.2 … 4.7 |
+/// | 20  | 4.6 … 6.7    | the same  |
+/// | 50  | 3.7 … 5.4    | the same  |
+/// | 200 | 3.4 … 5.9    | the same  |
 MeanInterval hall_interval(const SkewedMoments& moments, double confidence);
 
-/// The interval of the means that this score or Student's accepts: of differences between two filters in the
-/// same noise, which may be as skewed as squared errors, or not at all. Reasons and errors as
-/// student_interval.
+/// The interval of the means that this score or Student's accepts, by the same quantile: of differences
+/// between two filters in the same noise, which may be as skewed as squared errors, or not at all. Reasons
+/// and errors as student_interval.
 ///
-/// Share of intervals without the mean, in % at nominal 5 %, of filters of scenarios/linear_estimators.toml
-/// less the first, 100 steps, 60,000 runs in groups of M:
+/// Share of intervals without the mean, in % at nominal 5 %, least … largest over nine laws of differences of
+/// squared Gaussian errors (numpy, 40,000 studies): χ²(1), χ²(2), χ²(5) and χ²(20) less their means, 0.2
+/// χ²(1) + 0.8 χ²(40)/40, x² − y², 1.2 x² − y² of independent ones, 2 x² − y² of correlation 0.9, 1.1 x² − y²
+/// of two components and 0.99.
+///
+/// | M  | by M − 1 dof | this      |
+/// |----|--------------|-----------|
+/// | 2  | 3.1 … 14.9   | 0.2 … 2.1 |
+/// | 3  | 1.4 … 11.3   | 0.2 … 4.4 |
+/// | 5  | 1.6 … 10.7   | 0.2 … 5.2 |
+/// | 7  | 2.6 … 9.6    | 0.5 … 5.9 |
+/// | 10 | 3.4 … 8.3    | 1.3 … 6.0 |
+/// | 15 | 4.0 … 6.7    | 2.3 … 5.3 |
+/// | 20 | 4.2 … 5.9    | the same  |
+///
+/// Of filters of scenarios/linear_estimators.toml less the first, 100 steps, 60,000 runs in groups of M:
 ///
 /// | M       | NEES, Student's | this      | squared errors, Student's | this       |
 /// |---------|-----------------|-----------|---------------------------|------------|
-/// | 2       | 4.1 … 5.0       | the same  | 6.5 … 14.7                | the same   |
-/// | 3, 5    | 3.9 … 6.0       | 2.5 … 4.8 | 8.4 … 18.1                | 5.6 … 11.4 |
-/// | 10      | 4.0 … 6.5       | 3.3 … 5.3 | 8.5 … 14.1                | 5.9 … 7.5  |
 /// | 20      | 4.2 … 6.4       | 4.0 … 5.5 | 7.4 … 10.8                | 4.8 … 5.7  |
 /// | 50, 100 | 4.1 … 6.9       | 4.0 … 6.8 | 5.2 … 8.4                 | 3.4 … 4.5  |
 MeanInterval paired_interval(const SkewedMoments& differences, double confidence);

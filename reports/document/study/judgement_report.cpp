@@ -236,16 +236,16 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
                     p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
-  constexpr std::int64_t kRunsForScores =
-      10;  // of fewer the interval misses its mean too often (hall_score.h)
   const ScoreJudgement& log = b.law.log_score;
-  if (log.reason.empty() && log.value.reason.empty()) {
-    sentences.push_back(fmt::format(
-        "Log score {} ({} … {}{}) per step, {} if P were right; of two filters the one that scores "
-        "higher is better.",
-        number_text(log.value.mean, 4), number_text(log.value.lower, 4), number_text(log.value.upper, 4),
-        log.value.count < kRunsForScores ? ", too narrow for so few runs" : "",
-        number_text(log.expected, 4)));
+  if (log.value.count > 0) {
+    const std::string interval =
+        log.value.reason.empty()
+            ? fmt::format("{} … {}", number_text(log.value.lower, 4), number_text(log.value.upper, 4))
+            : "no interval: " + std::string(log.value.reason);
+    sentences.push_back(
+        fmt::format("Log score {} ({}) per step, {} if P were right; of two filters the one that scores "
+                    "higher is better.",
+                    number_text(log.value.mean, 4), interval, number_text(log.expected, 4)));
   }
 }
 

@@ -77,7 +77,7 @@ TEST(LawJudgement, NothingSpeaksAgainstAnExactFilter) {
 }
 
 // Of ten runs of one step and two states Student's interval misses the score of the true law in 9.8 %, Hall's
-// in 6.2 % (numpy, 200,000 studies).
+// in 6.2 %, and by half the dof in 3.8 % (numpy, 200,000 studies).
 TEST(LawJudgement, TheIntervalOfAScoreFollowsItsSkewness) {
   constexpr int kStudies = 6000;
   const Matrix I = Matrix::Identity(2, 2);
@@ -88,7 +88,7 @@ TEST(LawJudgement, TheIntervalOfAScoreFollowsItsSkewness) {
     const ScoreJudgement score = judge_law(e, e.study, 0.95, 0.1).log_score;
     missed += score.value.lower > score.expected || score.value.upper < score.expected;
   }
-  constexpr double kRate = 0.062;
+  constexpr double kRate = 0.038;
   const double error = std::sqrt(kRate * (1.0 - kRate) / kStudies);
   EXPECT_NEAR(missed / static_cast<double>(kStudies), kRate, 5.0 * error);
 }

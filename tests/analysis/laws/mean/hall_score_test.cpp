@@ -52,14 +52,15 @@ TEST(HallScore, RemovesTheSkewnessThatStudentsScoreHas) {
   EXPECT_LE(hall / 4000.0, 0.03 + 5.0 * test::binomial_standard_error(0.03, kStudies));
 }
 
-// Of {0.3, −0.1, −0.2, −4, 0.4, 0.1, −1.1, 0.2} by the roots of Hall's polynomial (scipy 1.10, brentq).
+// Of {0.3, −0.1, −0.2, −4, 0.4, 0.1, −1.1, 0.2}, 3.5 dof, by the roots of Hall's polynomial (numpy,
+// bisection).
 TEST(HallInterval, ReachesFurtherToTheSideOfTheTail) {
   SkewedMoments moments;
   for (const double x : {0.3, -0.1, -0.2, -4.0, 0.4, 0.1, -1.1, 0.2}) moments.add(x);
   const MeanInterval interval = hall_interval(moments, 0.95);
   EXPECT_NEAR(interval.mean, -0.55, 1e-14);
-  EXPECT_NEAR(interval.lower, -4.9398904240648625, 1e-8);
-  EXPECT_NEAR(interval.upper, 0.2888439953488463, 1e-8);
+  EXPECT_NEAR(interval.lower, -5.283353637427, 1e-8);
+  EXPECT_NEAR(interval.upper, 0.444075266915, 1e-8);
   EXPECT_EQ(interval.count, 8);
 }
 
@@ -69,9 +70,9 @@ TEST(PairedInterval, IsTheWiderOfBothAndItsPValueTheLarger) {
   const MeanInterval hall = hall_interval(moments, 0.95), both = paired_interval(moments, 0.95);
   const double error = std::sqrt(moments.variance() / 8.0);
   EXPECT_EQ(both.lower, hall.lower);
-  EXPECT_NEAR(both.upper, moments.mean + student_quantile_two_sided(0.95, 7.0) * error, 1e-12);
+  EXPECT_NEAR(both.upper, moments.mean + student_quantile_two_sided(0.95, 3.5) * error, 1e-12);
   EXPECT_GT(both.upper, hall.upper);
-  EXPECT_NEAR(paired_p_value(moments), student_two_sided_p_value(moments.mean / error, 7.0), 1e-12);
+  EXPECT_NEAR(paired_p_value(moments), student_two_sided_p_value(moments.mean / error, 3.5), 1e-12);
   // The end nearer to zero rejects zero at its own level and no more.
   for (const double shift : {both.lower, both.upper}) {
     SkewedMoments moved = moments;
@@ -111,6 +112,28 @@ TEST(PairedInterval, HoldsItsLevelForSkewedAndForSymmetricDifferences) {
   EXPECT_GE(symmetric, kStudies * (0.5 * kNominal)) << "it still rejects";
 }
 
+// By all M − 1 dof the squares are called different from their mean in 15, 11, 10 and 6 %.
+TEST(PairedInterval, OfFewRunsHoldsItsLevelByHalfTheDof) {
+  constexpr int kStudies = 4000;
+  constexpr double kNominal = 0.05;
+  const double most = kStudies * (kNominal + 5.0 * test::binomial_standard_error(kNominal, kStudies));
+  std::mt19937_64 generator(97);
+  std::normal_distribution<double> normal;
+  for (const int runs : {2, 3, 5, 10}) {
+    int skewed = 0, student = 0;
+    for (int study = 0; study < kStudies; ++study) {
+      SkewedMoments squares;
+      for (int run = 0; run < runs; ++run) squares.add(std::pow(normal(generator), 2) - 1.0);
+      skewed += paired_p_value(squares) <= kNominal;
+      const double score = squares.mean / std::sqrt(squares.variance() / runs);
+      student += student_two_sided_p_value(score, 0.5 * (runs - 1.0)) <= kNominal;
+    }
+    EXPECT_LE(skewed, most) << runs << " runs";
+    EXPECT_GT(skewed, 0) << runs << " runs: it still rejects";
+    EXPECT_GE(student, skewed) << runs << " runs: both scores must reject";
+  }
+}
+
 TEST(HallInterval, IsStudentsWhereNothingIsSkewedOrNothingKnown) {
   SkewedMoments moments;
   EXPECT_EQ(hall_interval(moments, 0.95).reason, "no data");
@@ -121,7 +144,7 @@ TEST(HallInterval, IsStudentsWhereNothingIsSkewedOrNothingKnown) {
   EXPECT_EQ(hall_interval(moments, 0.95).upper, 2.0);
   SkewedMoments two;
   for (const double x : {1.0, 3.0}) two.add(x);
-  EXPECT_NEAR(hall_interval(two, 0.95).lower, 2.0 - student_quantile_two_sided(0.95, 1.0), 1e-12);
+  EXPECT_NEAR(hall_interval(two, 0.95).lower, 2.0 - student_quantile_two_sided(0.95, 0.5), 1e-9);
   SkewedMoments large;
   for (const double x : {0.0, 0.0, 1e120}) large.add(x);
   EXPECT_FALSE(hall_interval(large, 0.95).reason.empty());
