@@ -39,6 +39,7 @@ constexpr CauseRule kRules[] = {
     {find_joint_inconsistency, true},
     {find_scale, true},
     {find_rejection_beside, false},
+    {find_perhaps_gate, false},
 };
 
 }  // namespace

@@ -42,6 +42,7 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate && !s.gate->known) f.gate = s.gate;
   if (!s.gate) f.cut_off = cut_off_of(sums, s);
+  if (s.perhaps_gate && s.nis.verdict == Verdict::pessimistic) f.perhaps_gate = s.perhaps_gate;
   if (!f.rejection) f.rejection = find_gate_rejection(sums.changes);
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
   f.fit = s.fit;

@@ -28,8 +28,18 @@ struct Judgement;
 struct GateFound {
   double nis = 0.0;       ///< the largest there is
   double expected = 0.0;  ///< values beyond it without a gate
-  double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling)
-  bool known = false;     ///< to whoever made the evidence: it need not fit, and is no cause
+  double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling): it fits
+  /// Log-likelihood of χ² cut off there over that of the χ² scaled to their mean, as of an S that is wrong by
+  /// a factor.
+  double over_scaled = 0.0;
+  bool known = false;  ///< to whoever made the evidence: it need not fit, and is no cause
+
+  /// That many missing values are no chance, of probability 3e-4, and no S that is too large explains them as
+  /// well.
+  bool is_certain() const {
+    constexpr double kFewest = 8.0, kLikelier = 2.0;
+    return known || (expected >= kFewest && over_scaled >= kLikelier);
+  }
 };
 
 /// What the tests found; what was not tested stays empty.
@@ -49,6 +59,7 @@ struct Findings {
   std::optional<LatenessTest> lateness = {};
   std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
   std::optional<GateFound> gate = {};
+  std::optional<GateFound> perhaps_gate = {};  ///< of a sensor whose NIS are too small
   struct CutOff {
     double nis = 0.0;  ///< the largest there is
     double expected =

@@ -44,6 +44,7 @@ Causes find_heavy_tails(const Findings& findings);
 /// NIS of one dimension. Names gated_innovations by an empty end of the law, and a fit of the rest; or, of
 /// NIS that is too small, by an end that even a law scaled to its mean has not.
 Causes find_gate(const Findings& findings);
+Causes find_perhaps_gate(const Findings& findings);
 /// Names wrong_dof where NEES alone is inconsistent and its variance is nearer twice its mean, as of χ², than
 /// twice its mean squared over n, as of a factor, by twice on a logarithmic scale. At least 100 values.
 Causes find_wrong_dof(const Findings& findings);

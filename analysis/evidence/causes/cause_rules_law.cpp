@@ -183,6 +183,18 @@ Causes find_gate(const Findings& findings) {
                        findings.gate->nis, findings.gate->expected, findings.gate->p_value)}};
 }
 
+Causes find_perhaps_gate(const Findings& findings) {
+  const bool small = findings.nis.verdict == Verdict::pessimistic || findings.nis.verdict == Verdict::mixed;
+  if (!findings.perhaps_gate || findings.cut_off || !small) return {};
+  return {
+      {Cause::gated_innovations,
+       fmt::format(
+           "perhaps: no NIS lies beyond {:.4g}, where {:.2g} are expected, and the law cut off there fits "
+           "the rest no worse than an S that is too large does; log the rejected innovations too, "
+           "which tells them apart",
+           findings.perhaps_gate->nis, findings.perhaps_gate->expected)}};
+}
+
 Causes find_rejected_innovations(const Findings& findings) {
   if (!rejects_what_it_logs(findings) || gate_meets_another_cause(*findings.rejection)) return {};
   return {{Cause::gated_innovations, text_of(*findings.rejection) +

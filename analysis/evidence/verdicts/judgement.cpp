@@ -112,10 +112,11 @@ GoodnessOfFit fit_within(const SensorSums& s, std::size_t bins) {
   return test_uniform(UniformHistogram(std::span(s.fit.counts()).first(bins), s.fit.invalid()));
 }
 
-/// A gate, where that many empty bins at the top cannot be chance and the rest is not clearly of another law:
-/// of a filter whose gate is not seen NIS are too small.
+/// A gate, certain or not, where that many empty bins at the top are hardly chance, the rest is not clearly
+/// of another law, and none of a factor on S is likelier: of a filter whose gate is not seen NIS are too
+/// small.
 std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
-  constexpr double kFewest = 8.0;  // values expected beyond; none there has probability 3e-4
+  constexpr double kFewest = 3.0;  // values expected beyond; none there has probability 0.05
   constexpr double kMisfit = 0.1;  // of the level
   if (s.by_dimension.size() != 1) return std::nullopt;
   const std::vector<std::int64_t>& counts = s.fit.counts();
@@ -127,7 +128,13 @@ std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
   if (used < 2 || expected < kFewest) return std::nullopt;
   const GoodnessOfFit fit = fit_within(s, used);
   if (!(fit.anderson_p_value > kMisfit * (1.0 - confidence))) return std::nullopt;
-  return GateFound{s.largest_nis, expected, fit.anderson_p_value};
+  const auto dof = static_cast<double>(s.by_dimension.begin()->first);
+  const double scale = s.by_dimension.begin()->second.value.mean / dof;
+  const double scaled = 0.5 * dof * (scale - 1.0 - std::log(scale));  // of each value, over that of χ²
+  const double cut_off = -std::log(chi_square_cdf(s.largest_nis, dof));
+  const double over_scaled = values * (cut_off - scaled);
+  if (!(over_scaled >= 0.0)) return std::nullopt;
+  return GateFound{s.largest_nis, expected, fit.anderson_p_value, over_scaled};
 }
 
 /// Values with so few digits that their steps would be taken for another law: with n values on a grid of G
@@ -158,7 +165,10 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   const StepSeries nis = series_of(s.nis, steps);
   result.fit = test_uniform(s.fit);
   judge_within_gate(s, gate, result);
-  if (!result.gate) result.gate = find_gate(s, confidence);
+  if (!result.gate) {
+    if (const std::optional<GateFound> found = find_gate(s, confidence))
+      (found->is_certain() ? result.gate : result.perhaps_gate) = found;
+  }
   result.nis = judge_sensor_nis(s, result.gate, nis, confidence);
   const LagProducts& lags = s.varies ? s.scalar_lags : s.lags;
   result.whiteness = test_whiteness(lags, confidence);

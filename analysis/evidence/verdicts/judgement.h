@@ -61,8 +61,9 @@ struct SensorJudgement {
   ZeroMeanTest mean;    ///< of run means; of all values where there are too few runs (correlated_mean.h)
   bool of_sum = false;  ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
   GoodnessOfFit fit;    ///< of NIS against χ²
-  std::vector<std::int64_t> histogram;  ///< counts of F(NIS), equally likely bins
-  std::optional<GateFound> gate;        ///< of which `nis` takes the law cut off there
+  std::vector<std::int64_t> histogram;    ///< counts of F(NIS), equally likely bins
+  std::optional<GateFound> gate;          ///< of which `nis` takes the law cut off there
+  std::optional<GateFound> perhaps_gate;  ///< of too few missing values, or as well an S that is too large
 };
 
 /// A single run, whose NEES is correlated in time (theory, section 7).

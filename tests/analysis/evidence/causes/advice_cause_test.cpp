@@ -687,6 +687,18 @@ TEST(CauseRules, ACutOffThatNoFactorMakesIsAGateAndNoWrongR) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
 }
 
+TEST(CauseRules, AGateOfFewMissingValuesStandsBesideAnSThatIsTooLarge) {
+  Findings findings = findings_of(1.0, 0.8);
+  const CauseList without = causes_of(findings);
+  ASSERT_EQ(without.size(), 1U);
+  findings.perhaps_gate = GateFound{.nis = 6.1, .expected = 5.0, .p_value = 0.4, .over_scaled = 1.0};
+  EXPECT_EQ(causes_of(findings), (CauseList{without[0], Cause::gated_innovations}));
+  EXPECT_NE(find_causes(findings)[1].why.find("no NIS lies beyond 6.1, where 5 are expected"),
+            std::string::npos);
+  findings.nis = findings_of(1.0, 1.0).nis;
+  EXPECT_EQ(causes_of(findings), CauseList{});
+}
+
 TEST(CauseRules, WhereNeesFitsAnotherSMayHaveBeenWritten) {
   const auto why = [](double nees, double nis) { return find_causes(findings_of(nees, nis)).at(0).why; };
   EXPECT_NE(why(1.0, 2.0).find("NEES fits, so look whether ν and S are those that the filter uses"),
