@@ -1,5 +1,6 @@
 #include "analysis/evidence/verdicts/law_judgement.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -146,6 +147,37 @@ TEST(LawJudgement, OneWrongStepIsNotCalledHeavyTails) {
   }
   const Judgement j = judge(recorder.take());
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
+}
+
+// Of 15 states by 20 runs: one that follows another, and P says that it does not.
+TEST(LawJudgement, SecondMomentsOfManyStatesAreTestedByFewRuns) {
+  constexpr Index kStates = 15;
+  RunLayout layout;
+  for (Index i = 0; i < kStates; ++i) layout.states.push_back(fmt::format("x{}", i + 1));
+  layout.angles.assign(layout.states.size(), false);
+  for (const double correlation : {0.0, 0.8}) {
+    EvidenceRecorder recorder(layout);
+    auto draw = gaussian(9);
+    Step step;
+    for (Index i = 0; i < kStates; ++i) step.states.push_back(i);
+    step.P = Matrix::Identity(kStates, kStates);
+    for (int run = 0; run < 20; ++run) {
+      recorder.begin_run();
+      for (int k = 1; k <= 60; ++k) {
+        step.step = k;
+        step.error = Vector::NullaryExpr(kStates, [&] { return draw(); });
+        step.error[3] =
+            correlation * step.error[1] + std::sqrt(1.0 - correlation * correlation) * step.error[3];
+        recorder.add(step);
+      }
+    }
+    const Judgement j = judge(recorder.take());
+    EXPECT_EQ(j.law.second_moments.test.reason, "");
+    EXPECT_EQ(j.word.verdict, correlation == 0.0 ? Verdict::consistent : Verdict::mixed) << j.word.says;
+    if (correlation > 0.0) {
+      EXPECT_EQ(j.law.second_moments.worst, "x4 with x2");
+    }
+  }
 }
 
 // 20 σ at one step rejects its sum of χ² at any level, and no mean over runs can tell one such run from
