@@ -32,7 +32,7 @@ struct Group {
   StepTimes times;
   RunFingerprints fingerprints;
   std::int64_t unmatched = 0, unexplained = 0;
-  bool placed_by_errors = false;
+  TruthFit truth_fit = TruthFit::none;
   std::size_t files = 0;
   std::exception_ptr error;
 };
@@ -97,7 +97,7 @@ class GroupSink final : public LogSink {
   void unexplained() override { ++group_.unexplained; }
   void charts(ChartFindings findings) override { poses().charts = std::move(findings); }
   void time_offset(TimeOffset offset) override { poses().time_offset = std::move(offset); }
-  void placed_by_errors() override { group_.placed_by_errors = true; }
+  void truth_fit(TruthFit fit) override { group_.truth_fit = std::max(group_.truth_fit, fit); }
   void unmatched(std::int64_t rows) override { group_.unmatched += rows; }
   void advance(std::int64_t bytes) override { bytes_.advance(bytes); }
 
@@ -203,7 +203,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     result.times.merge(group.times);
     fingerprints.append(std::move(group.fingerprints));
     result.unmatched_rows += group.unmatched;
-    result.placed_by_errors = result.placed_by_errors || group.placed_by_errors;
+    result.truth_fit = std::max(result.truth_fit, group.truth_fit);
     unexplained += group.unexplained;
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;

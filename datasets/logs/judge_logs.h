@@ -38,8 +38,8 @@ struct LogRemark {
 struct LogJudgeResult {
   Evidence evidence;
   std::int64_t files = 0;
-  std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
-  bool placed_by_errors = false;    ///< the truth of some file: LogSink::placed_by_errors
+  std::int64_t unmatched_rows = 0;      ///< estimates without a truth at their time
+  TruthFit truth_fit = TruthFit::none;  ///< the worst of all files
   /// In the order of the files. Of hints the first, where more files have one than chance explains, and than
   /// misfit without one.
   std::vector<LogRemark> remarks;

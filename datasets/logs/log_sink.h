@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "analysis/evidence/verdicts/truth_fit.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 #include "datasets/logs/pose_facts.h"
@@ -37,8 +38,8 @@ class LogSink {
   /// truth.
   virtual void charts(ChartFindings /*findings*/) {}  // NOLINT(performance-unnecessary-value-param)
   virtual void time_offset(TimeOffset /*offset*/) {}  // NOLINT(performance-unnecessary-value-param)
-  /// The truth was placed by the errors of the file themselves (TruthPlacement::by_all).
-  virtual void placed_by_errors() {}
+  /// The truth was fitted to the errors of the file, or should have been.
+  virtual void truth_fit(TruthFit /*fit*/) {}
   /// So many estimates had no truth at their time.
   virtual void unmatched(std::int64_t rows) = 0;
   /// So many bytes more of the file were read.
@@ -63,7 +64,7 @@ class ForwardingSink : public LogSink {
   void unexplained() override { next_.unexplained(); }
   void charts(ChartFindings findings) override { next_.charts(std::move(findings)); }
   void time_offset(TimeOffset offset) override { next_.time_offset(std::move(offset)); }
-  void placed_by_errors() override { next_.placed_by_errors(); }
+  void truth_fit(TruthFit fit) override { next_.truth_fit(fit); }
   void unmatched(std::int64_t rows) override { next_.unmatched(rows); }
   void advance(std::int64_t bytes) override { next_.advance(bytes); }
 

@@ -35,7 +35,7 @@ struct TimeOffset {
   double confidence = 0.95;
   bool estimated = false;  ///< false: a number of the user, without an interval
   std::int64_t rows = 0;   ///< that it rests on
-  std::string reason{};    ///< why there is none, or no interval; it is then not used. Else empty
+  std::string reason{};    ///< why there is none, or no interval. Else empty
 };
 
 /// What a reader of poses found in a file.

@@ -149,10 +149,19 @@ std::string time_offset_text(const TimeOffset& offset) {
         "The estimate's times were taken to be {:.6g} s {} those of the truth (--time-offset).",
         std::abs(offset.value_s), order(offset.value_s));
   }
+  if (std::isnan(offset.value_s)) {
+    return fmt::format(
+        "No time offset was used, as none could be estimated: {}. When the truth was is not "
+        "known, so that no errors are evidence.",
+        offset.reason);
+  }
   if (!offset.reason.empty()) {
     return fmt::format(
-        "No time offset was used, as none could be estimated with an interval: {}{}.", offset.reason,
-        std::isnan(offset.value_s) ? "" : fmt::format(" (the best fit is {:.4g} s)", offset.value_s));
+        "The time offset of the least mean NEES was used: the estimate's times are {:.4g} s {} those of the "
+        "truth. It has no interval, as {}. That makes errors smaller by an unknown part: the word is "
+        "optimistic only where the mean NEES is too large at every time within {:g} s, and never "
+        "pessimistic.",
+        std::abs(offset.value_s), order(offset.value_s), offset.reason, kFarthest_s);
   }
   const bool none = offset.lower_s <= 0.0 && offset.upper_s >= 0.0;
   return fmt::format(
@@ -220,7 +229,9 @@ TrajectoryMatching with_time_offset(std::span<const EstimateSample> samples, con
   TimeOffset offset{.value_s = named_s, .rows = std::ssize(samples)};
   if (matching.find_time_offset) {
     offset = find_time_offset(samples, truth, matching, axes, joint_covariance);
-    matching.time_offset_s = offset.reason.empty() ? offset.value_s : 0.0;
+    const bool found = !std::isnan(offset.value_s);
+    matching.time_offset_s = found ? offset.value_s : 0.0;
+    if (!offset.reason.empty()) sink.truth_fit(found ? TruthFit::least_nees : TruthFit::not_found);
   }
   sink.remark(time_offset_text(offset));
   sink.time_offset(std::move(offset));

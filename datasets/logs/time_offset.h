@@ -26,8 +26,8 @@ TimeOffset find_time_offset(std::span<const EstimateSample> samples, const Traje
                             const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance,
                             double confidence = 0.95);
 
-/// The matching with the time offset that it asks for, told to `sink`: an estimated one only where it has an
-/// interval.
+/// The matching with the time offset that it asks for, told to `sink`: an estimated one that has no interval
+/// as one that was fitted to the errors (TruthFit).
 TrajectoryMatching with_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
                                     TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
                                     LogSink& sink);

@@ -288,7 +288,7 @@ void tell_placement(const TruthPlacement& placement, std::int64_t used_up, LogSi
         used_up == 1 ? "was" : "were"));
     return;
   }
-  sink.placed_by_errors();
+  sink.truth_fit(TruthFit::least_nees);
   sink.remark(fmt::format(
       "The truth was placed (--align {}) by the errors of all rows, as no pose knows its frame so well that "
       "it could hold it for the others. That makes errors smaller, by an unknown part where they are "

@@ -291,17 +291,20 @@ Word word_of(const Evidence& e, const Judgement& j) {
   return word;
 }
 
-/// Of a truth that was placed by these errors, at the place of the least sum of NEES, only one thing is
-/// known: that their mean NEES is no larger than at the right one.
-void judge_placed(Judgement& j) {
+/// Of a truth that was fitted to these errors, where the sum of NEES is least, only one thing is known: that
+/// their mean NEES is no larger than where it belongs. Of one that could not be fitted nothing is.
+void judge_fitted(TruthFit fit, Judgement& j) {
   const double alpha = 1.0 - j.confidence;
   double p = j.nees.overall_p_value;
   if (j.single && !std::isnan(j.single->time_average.p_value)) {
     const double stretches = j.single->time_average.p_value;
     p = std::isnan(p) ? stretches : std::min(1.0, 2.0 * std::min(p, stretches));
   }
-  const bool optimistic = j.nees.mean > j.nees.expected && p <= alpha;
-  const std::string open = "the truth was placed by these errors, which may be what makes them deviate";
+  const bool optimistic = fit == TruthFit::least_nees && j.nees.mean > j.nees.expected && p <= alpha;
+  const std::string open =
+      fit == TruthFit::least_nees
+          ? "the truth was fitted to these errors, which may be what makes them deviate"
+          : "where the truth belongs is not known, which may be what makes errors deviate";
   const auto leave = [&](ConsistencyVerdict& v) {
     if (!is_inconsistent(v.verdict)) return;
     v.verdict = Verdict::undecided;
@@ -355,14 +358,15 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
     j.word = word_of(e, j);
   }
-  if (context.placed_by_errors) judge_placed(j);
-  if (!is_inconsistent(j.word.verdict) || context.placed_by_errors) {
+  const bool fitted = context.truth_fit != TruthFit::none;
+  if (fitted) judge_fitted(context.truth_fit, j);
+  if (!is_inconsistent(j.word.verdict) || fitted) {
     j.responsible = {};
     j.lost = {};
   }
   if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
   j.tests = list_tests(e, j);
-  if (!context.placed_by_errors) j.causes = find_causes(findings_of(e, j));
+  if (!fitted) j.causes = find_causes(findings_of(e, j));
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;
 }

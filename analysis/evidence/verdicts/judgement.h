@@ -15,6 +15,7 @@
 #include "analysis/evidence/verdicts/accuracy.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/evidence/verdicts/law_judgement.h"
+#include "analysis/evidence/verdicts/truth_fit.h"
 #include "analysis/evidence/verdicts/word.h"
 #include "analysis/laws/correlation/error_correlation.h"
 #include "analysis/laws/correlation/whiteness.h"
@@ -110,9 +111,7 @@ struct JudgementContext {
   double confidence = 0.95;
   bool sensitivity = false;  ///< also judge without gross outliers
   double margin = 0.1;       ///< what counts as consistent: the factor on P between 1/(1 + this) and 1 + this
-  /// The place of the truth was fitted to these errors, which it makes smaller than they were by an unknown
-  /// part.
-  bool placed_by_errors = false;
+  TruthFit truth_fit = TruthFit::none;
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;
   /// Innovations of a larger NIS are left out, as whoever made the evidence knows: all are of one sensor and

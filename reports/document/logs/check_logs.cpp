@@ -148,7 +148,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
       {.confidence = options.confidence,
        .sensitivity = options.sensitivity,
        .margin = options.within,
-       .placed_by_errors = result.placed_by_errors,
+       .truth_fit = result.truth_fit,
        .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr},
       result.explained());
   logs.analysis.complete = result.complete;

@@ -1,5 +1,7 @@
 #include "reports/document/logs/log_json.h"
 
+#include <cmath>
+
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/study/judgement_json.h"
@@ -79,7 +81,7 @@ Json poses_json(const std::vector<LogPoses>& logs) {
                                       {"upper", offset->upper_s},
                                       {"confidence", offset->confidence},
                                       {"estimated", offset->estimated},
-                                      {"used", offset->reason.empty()},
+                                      {"used", !std::isnan(offset->value_s)},
                                       {"rows", offset->rows}},
                                      offset->reason);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ class RecordedSink final : public LogSink {
     runs.back().failures.emplace_back(outcome, step);
   }
   void remark(std::string sentence) override { remarks.push_back(std::move(sentence)); }
-  void placed_by_errors() override { placed = true; }
+  void truth_fit(TruthFit found) override { fit = std::max(fit, found); }
   void unmatched(std::int64_t rows) override { unmatched_rows += rows; }
   void advance(std::int64_t) override {}
 
@@ -40,7 +41,7 @@ class RecordedSink final : public LogSink {
   std::vector<Run> runs;
   std::vector<std::string> remarks;
   std::int64_t unmatched_rows = 0;
-  bool placed = false;
+  TruthFit fit = TruthFit::none;
 };
 
 }  // namespace credence::internal::testing

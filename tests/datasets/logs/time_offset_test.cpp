@@ -118,20 +118,28 @@ TEST(TimeOffset, WhatCannotBeToldHasAReason) {
   EXPECT_THAT(found_in(offset_log(4, 5, 0.0, 0.0)).reason, HasSubstr("too few rows"));
 }
 
-TEST(TimeOffset, IsUsedAndToldOrNeither) {
+// Of errors that are correlated for too long the offset of the least NEES is used, which makes them smaller
+// by an unknown part.
+TEST(TimeOffset, OneWithoutAnIntervalIsUsedAndOneThatIsNotFoundIsNot) {
   const auto used = [](const OffsetLog& log, TrajectoryMatching matching, testing::RecordedSink& sink) {
     return with_time_offset(log.samples, log.truth, matching, kRight, true, sink).time_offset_s.value_or(0.0);
   };
-  const OffsetLog late = offset_log(6, 400, 0.1, 0.0), unknown = offset_log(2, 400, 1.6, 0.0);
-  testing::RecordedSink silent, found, not_found, named;
+  const OffsetLog late = offset_log(6, 400, 0.1, 0.0), unknown = offset_log(2, 400, 1.6, 0.0),
+                  slow = offset_log(3, 200, 0.1, 0.97);
+  testing::RecordedSink silent, found, fitted, not_found, named;
   EXPECT_EQ(used(late, kMatching, silent), 0.0);
   EXPECT_EQ(silent.said(), "");
   TrajectoryMatching asked = kMatching;
   asked.find_time_offset = true;
   EXPECT_NEAR(used(late, asked, found), 0.1, 0.02);
   EXPECT_THAT(found.said(), HasSubstr("s behind those of the truth"));
+  EXPECT_EQ(found.fit, TruthFit::none);
+  EXPECT_NEAR(used(slow, asked, fitted), 0.1, 0.05);
+  EXPECT_THAT(fitted.said(), ::testing::AllOf(HasSubstr("no interval"), HasSubstr("never pessimistic")));
+  EXPECT_EQ(fitted.fit, TruthFit::least_nees);
   EXPECT_EQ(used(unknown, asked, not_found), 0.0);
   EXPECT_THAT(not_found.said(), HasSubstr("No time offset was used"));
+  EXPECT_EQ(not_found.fit, TruthFit::not_found);
   asked = kMatching;
   asked.time_offset_s = -0.5;
   EXPECT_EQ(used(late, asked, named), -0.5);

@@ -121,7 +121,7 @@ TEST(TruthPlacement, APoseThatIsKnownBestHoldsTheFrame) {
     testing::RecordedSink sink;
     tell_placement(errors.placement, errors.used_up, sink);
     EXPECT_THAT(sink.said(), HasSubstr("1 row of which it is more was left out"));
-    EXPECT_FALSE(sink.placed);
+    EXPECT_EQ(sink.fit, TruthFit::none);
   }
 }
 
@@ -136,7 +136,7 @@ TEST(TruthPlacement, WithoutSuchAPoseAllErrorsPlaceIt) {
     EXPECT_TRUE(placement.by_all);
     testing::RecordedSink sink;
     tell_placement(placement, 0, sink);
-    EXPECT_TRUE(sink.placed);
+    EXPECT_EQ(sink.fit, TruthFit::least_nees);
     EXPECT_THAT(sink.said(), HasSubstr("never pessimistic"));
   }
 }

@@ -84,26 +84,33 @@ Evidence logs_of(int runs, std::int64_t steps, double memory, double scale,
   return all;
 }
 
-// A placement takes an unknown part out of the errors, so that only a mean NEES that is too large is
+// A fit takes an unknown part out of the errors, so that only a mean NEES that is too large is
 // evidence.
-TEST(Judgement, OfATruthPlacedByTheErrorsOnlyALargeMeanIsEvidence) {
-  const JudgementContext placed{.placed_by_errors = true};
+TEST(Judgement, OfATruthFittedToTheErrorsOnlyALargeMeanIsEvidence) {
+  const JudgementContext fitted{.truth_fit = TruthFit::least_nees};
   const Evidence small = logs_of(30, 20, 0.8, 0.7), large = logs_of(30, 20, 0.8, 1.5);
   const Evidence at_a_step =
       logs_of(30, 20, 0.0, 1.0, [](Step& row, int) { row.error *= row.step == 3 ? 2.0 : 0.9; });
   EXPECT_EQ(judge(small).word.verdict, Verdict::pessimistic);
   EXPECT_EQ(judge(at_a_step).word.verdict, Verdict::mixed);
   for (const Evidence* e : {&small, &at_a_step}) {
-    const Judgement j = judge(*e, placed);
+    const Judgement j = judge(*e, fitted);
     EXPECT_EQ(j.word.verdict, Verdict::undecided);
     EXPECT_EQ(j.nees.verdict, Verdict::undecided);
-    EXPECT_NE(j.nees.reason.find("the truth was placed by these errors"), std::string::npos);
+    EXPECT_NE(j.nees.reason.find("the truth was fitted to these errors"), std::string::npos);
     EXPECT_TRUE(j.causes.empty());
   }
-  const Judgement j = judge(large, placed);
+  const Judgement j = judge(large, fitted);
   EXPECT_EQ(j.word.verdict, Verdict::optimistic);
   EXPECT_LE(j.word.p_value, 0.05);
-  EXPECT_EQ(judge(logs_of(30, 20, 0.8, 1.0), placed).word.verdict, Verdict::consistent);
+  const Evidence exact = logs_of(30, 20, 0.8, 1.0);
+  EXPECT_EQ(judge(exact, fitted).word.verdict, Verdict::consistent);
+
+  // Where it belongs is not known: errors of any size are no evidence.
+  const JudgementContext not_found{.truth_fit = TruthFit::not_found};
+  for (const Evidence* e : {&small, &at_a_step, &large})
+    EXPECT_EQ(judge(*e, not_found).word.verdict, Verdict::undecided);
+  EXPECT_EQ(judge(exact, not_found).word.verdict, Verdict::consistent);
 }
 
 TEST(Judgement, FindsAConsistentFilterConsistent) {

@@ -130,7 +130,7 @@ TEST(LogJson, PosesHaveTheirChartsAndTheirOffset) {
   CheckedLogs logs;
   logs.poses = {synthetic_poses(), synthetic_poses()};
   logs.poses[1].time_offset->reason = "too few rows";
-  logs.poses[1].time_offset->lower_s = std::nan("");
+  logs.poses[1].time_offset->lower_s = logs.poses[1].time_offset->value_s = std::nan("");
   logs.poses.emplace_back().file = "third.csv";
   const OrderedJson poses = log_data(logs)["poses"];
   ASSERT_EQ(poses.size(), 3U);
