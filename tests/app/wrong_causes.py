@@ -177,13 +177,14 @@ FAULTS = {  # the fault, and how a cause begins that is right
 }
 NOISE, SCALE = "process or measurement noise", "the scale of the covariance"
 START, MOTION = "the initial covariance or process noise", "process noise Q assumed too small, or the linearisation"
+BEGIN = "the initial covariance, or the linearisation"
 OPEN = {  # of what is right, the causes that leave it open: they name it and another, or nothing but a factor
-    "": ("the filter's linearisation", "the linearisation", MOTION),  # an extended Kalman filter is never quite right
+    "": ("the filter's linearisation", "the linearisation", BEGIN, MOTION),  # an extended Kalman filter is never quite right
     "process noise Q assumed too small": (NOISE, MOTION, START, SCALE),
     "process noise Q assumed too large": (NOISE, START, SCALE),
     "measurement noise R assumed too small": (NOISE, SCALE),
     "measurement noise R assumed too large": (NOISE, SCALE),
-    "the initial covariance": (START, SCALE),
+    "the initial covariance": (START, BEGIN, SCALE),
 }
 
 

@@ -37,6 +37,7 @@ constexpr CauseRule kRules[] = {
     {find_wrong_dof, true},
     {find_noise_by_errors, true},
     {find_joint_inconsistency, true},
+    {find_noise_by_growth, true},
     {find_scale, true},
     {find_rejection_beside, false},
     {find_perhaps_gate, false},
@@ -57,6 +58,8 @@ std::string_view to_string(Cause cause) {
     case Cause::initial_covariance_or_process_noise:
       return "the initial covariance or process noise; the errors before the first innovation cannot tell "
              "which";
+    case Cause::initial_covariance_or_nonlinear_start:
+      return "the initial covariance, or the linearisation at so uncertain a start";
     case Cause::nonlinear_start: return "the linearisation at so uncertain a start";
     case Cause::process_noise_too_small: return "process noise Q assumed too small";
     case Cause::process_noise_too_large: return "process noise Q assumed too large";
@@ -67,7 +70,8 @@ std::string_view to_string(Cause cause) {
     case Cause::coloured_noise: return "noise that is correlated in time";
     case Cause::cross_covariance: return "cross-covariances between the blocks";
     case Cause::sequential_sensors:
-      return "innovations of several sensors that were all computed from the same prior";
+      return "innovations of several sensors that were all computed from the same prior, or noise that these "
+             "share";
     case Cause::heavy_tails: return "errors that are not Gaussian, with heavy tails; the covariance is right";
     case Cause::wrong_dof: return "a wrong number of degrees of freedom";
     case Cause::linearisation:

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numeric>
+#include <span>
 
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/correlation/opposed_moments.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/shape/second_moments.h"
 
@@ -37,16 +40,28 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   const auto lag_1 = [](const WhitenessTest& test) { return std::abs(test.autocorrelation.at(0)); };
   const bool largest =
       !f.whiteness || (not_white && (!f.not_white || lag_1(s.whiteness) > lag_1(*f.whiteness)));
-  if (largest && !sums.sensor.nis_alone) f.whiteness = s.whiteness;
+  if (largest && !sums.sensor.nis_alone) {
+    f.whiteness = s.whiteness;
+    f.whiteness_nis = s.nis.mean / s.nis.expected;
+  }
   f.not_white = f.not_white || not_white;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate && !s.gate->known) f.gate = s.gate;
   if (!s.gate) f.cut_off = cut_off_of(sums, s);
   if (s.perhaps_gate && s.nis.verdict == Verdict::pessimistic) f.perhaps_gate = s.perhaps_gate;
   if (!f.rejection) f.rejection = find_gate_rejection(sums.changes);
+  ZeroMeanTest first = test_zero_mean(sums.first);
+  first.p_value = std::min(1.0, static_cast<double>(j.sensors.size()) * first.p_value);  // NaN stays
+  if (first.reason.empty() && (!f.first_innovation || first.p_value < f.first_innovation->p_value))
+    f.first_innovation = first;
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
+  const auto beyond = [](const CoverageCount& tail) {
+    return static_cast<double>(tail.total - tail.inside) / static_cast<double>(tail.total);
+  };
+  if (f.far_tail && !(beyond(sums.far_tail) > beyond(*f.far_tail))) return;
   f.fit = s.fit;
   f.far_tail = sums.far_tail;
+  f.far_tail_nis = {s.nis.mean, s.nis.expected};
 }
 
 /// A verdict that the word has taken back when it joined all says nothing of a cause.
@@ -87,6 +102,10 @@ Moments nees_before_innovations(const Evidence& e) {
   return (*std::prev(first))[Quantity::nees];
 }
 
+double mean_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 void add_growth(const Evidence& e, Findings& f) {
   const auto& steps = e.study.steps;
   if (e.step_stride > 1) return;
@@ -101,6 +120,8 @@ void add_growth(const Evidence& e, Findings& f) {
       (speaks_at(steps[k]) ? with : without) += nees[k] - nees[k - 1];
       if (k + 1 == before) f.growth_before_innovations.add(without);
     }
+    if (const std::span<const double> all = nees; all.size() >= 5)
+      f.growth.add(mean_of(all.subspan(all.size() / 2)) - mean_of(all.first(all.size() / 5)));
     f.growth_without_innovations.add(without);
     f.growth_with_innovations.add(with);
   }
@@ -188,9 +209,11 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.far_tail_probability = SensorSums::kFarTail;
   findings.gross_outliers = gross_outliers_of(e);
   if (findings.far_tail && findings.gross_outliers.all > 0) {  // which only outliers are told by
+    // Sensors taken in turn are independent where they fit; the bound for every dependence would let too much
+    // pass.
     const StepSeries clean = series_of(e.clean_nis, e.study.steps.size());
     findings.gross_outliers.rest_fits =
-        judge_all_sensors(e, clean, j.confidence).verdict == Verdict::consistent;
+        judge_nis(clean.moments, clean.dof, j.confidence).verdict == Verdict::consistent;
   }
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
@@ -204,9 +227,11 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.nonlinear = e.layout.nonlinear;
   findings.lateness = test_lateness(e.lateness);
   if (share.count > 0) findings.measurement_noise_share = share.mean;
-  for (const SensorPairJudgement& pair : j.law.sensor_pairs) {
+  for (std::size_t i = 0; i < e.sensor_pairs.size(); ++i) {
+    const SensorPairJudgement& pair = j.law.sensor_pairs[i];
     if (!speaks(j, pair_test(pair))) continue;
-    findings.sensor_pairs.push_back({pair.first, pair.second, pair.correlation});
+    const double opposed = opposed_moments_p_value(e.sensor_pairs[i].both, e.sensor_pairs[i].first_dim);
+    findings.sensor_pairs.push_back({pair.first, pair.second, pair.correlation, opposed});
   }
   const GaussianityJudgement& g = j.law.gaussianity;
   if (j.lost.runs.empty() && speaks(j, kHeavyTails) && g.right_but_heavy_tailed(1.0 - j.confidence)) {

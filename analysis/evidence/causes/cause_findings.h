@@ -47,9 +47,12 @@ struct Findings {
   ConsistencyVerdict nees, nis;
   /// Best of the innovations after the first fifth of the steps, so that a wrong start does not colour them.
   std::optional<WhitenessTest> whiteness = {};
-  bool not_white = false;  ///< the portmanteau of all lags speaks against whiteness
+  /// Of one sensor: mean NIS over its dof.
+  std::optional<double> whiteness_nis = {};  ///< of that of `whiteness`
+  bool not_white = false;                    ///< the portmanteau of all lags speaks against whiteness
   /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
   std::optional<ZeroMeanTest> innovation_mean = {};
+  std::optional<ZeroMeanTest> first_innovation = {};  ///< of that of a sensor; Bonferroni over the sensors
   struct ErrorMean {
     ZeroMeanTest test;  ///< of the errors over their σ, averaged over each run
     std::string state;  ///< with the largest
@@ -57,7 +60,7 @@ struct Findings {
   std::optional<ErrorMean> error_mean = {};
   MeanAtSteps mean_at_steps = {};  ///< of the errors of a whole state of at most 24
   std::optional<LatenessTest> lateness = {};
-  std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
+  std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law, of the sensor of `far_tail`
   std::optional<GateFound> gate = {};
   std::optional<GateFound> perhaps_gate = {};  ///< of a sensor whose NIS are too small
   struct CutOff {
@@ -68,8 +71,13 @@ struct Findings {
   std::optional<CutOff> cut_off =
       {};  ///< where these are too many to be missing by chance, and no gate was found
   std::optional<GateRejection> rejection = {};  ///< by a gate beyond which innovations are logged
-  /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
+  /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law: of the sensor
+  /// with the largest share beyond.
   std::optional<CoverageCount> far_tail = {};
+  struct SizeOfNis {
+    double mean = 0.0, expected = 0.0;
+  };
+  std::optional<SizeOfNis> far_tail_nis = {};  ///< of that sensor
   double far_tail_probability = 0.9999;
   /// Gross outliers (kGrossOutlier) among the innovations, and where they are in time.
   struct GrossOutliers {
@@ -91,12 +99,14 @@ struct Findings {
   /// Of each run, what NEES over its dof gains over the steps without an innovation (before the first one of
   /// all), and over the others; empty where not every step of every run is known.
   Moments growth_without_innovations = {}, growth_before_innovations = {}, growth_with_innovations = {};
+  Moments growth = {};  ///< of the same runs, from the mean of the first fifth to that of the second half
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
   bool nonlinear = false;                              ///< the filter linearises at its own estimates
   bool inflated = false;                               ///< it is known to inflate its covariance
   struct SensorPair {
     std::string first, second;
     BlockCorrelationTest correlation;
+    double opposed_p_value = 1.0;  ///< of opposed_moments.h
   };
   std::vector<SensorPair> sensor_pairs = {};      ///< that are correlated at one step
   std::optional<double> heavy_tail_p_value = {};  ///< only where nothing speaks against the second moments

@@ -55,8 +55,9 @@ Causes find_scale(const Findings& findings);
 
 // Correlations between states and between sensors (cause_rules_correlation.cpp).
 
-/// Two sensors of one step whose correlation speaks. Names sequential_sensors where it is more than a wrong
-/// gain makes: 1.5 times what the components of each together have with themselves at lag 1.
+/// Two sensors of one step whose correlation speaks. Names sequential_sensors where no noise makes it that is
+/// wrong in one direction (opposed_moments.h), and the lags do not tell a gain that is too small, as two
+/// noises make it.
 Causes find_sequential_sensors(const Findings& findings);
 /// Ten runs of a joint P of at most twelve states, some of which it claims to be uncorrelated at every step.
 /// Names cross_covariance where their errors are correlated (Student's t over the runs, Bonferroni over the
@@ -95,11 +96,12 @@ Causes find_wrong_before_innovations(const Findings& findings);
 /// known, NEES fits just after it. Names R.
 Causes find_wrong_first_innovation(const Findings& findings);
 /// The first NIS or NEES is wrong (χ²), NIS of the second half is not, and NEES is most wrong at the first
-/// step, by its standard error. Names initial_covariance.
+/// step, by its standard error. Names initial_covariance; here and below, where the first innovations are too
+/// large and have a mean (Hotelling over the runs), initial_covariance_or_nonlinear_start.
 Causes find_wrong_first_step(const Findings& findings);
 /// The first fifth fails, at a step or in its sum of NIS, and its excess is all but gone in the second half.
-/// Names initial_covariance; of a nonlinear filter whose first innovation fits, or NEES before it, the
-/// linearisation there.
+/// Names initial_covariance; of a nonlinear filter whose NEES before the first innovation fits the
+/// linearisation there, where the first innovation alone fits either of the two.
 Causes find_start_that_dies_out(const Findings& findings);
 /// Mixed: one direction rejects in the first fifth only and the other one later. Names the start, and beside
 /// it the noise.
@@ -113,6 +115,10 @@ Causes find_start_beside_the_rest(const Findings& findings);
 Causes find_wrong_noise(const Findings& findings);
 /// The same with the sign of NEES, where NIS is of the right size and the gain is told by the lags.
 Causes find_noise_by_errors(const Findings& findings);
+/// NEES alone is wrong, of a nonlinear filter too small, and the more so the longer (Student's t over the
+/// runs), which P0 never makes. Names Q where an R that is wrong by as much would show in NIS (R known, five
+/// standard errors), else either.
+Causes find_noise_by_growth(const Findings& findings);
 /// The noise beside a bias: of the innovations less their mean, whose mean square is wrong by 5 % and by five
 /// standard errors.
 Causes find_noise_beside_bias(const Findings& findings);

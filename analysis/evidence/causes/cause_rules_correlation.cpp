@@ -9,21 +9,21 @@
 namespace credence::internal {
 
 Causes find_sequential_sensors(const Findings& findings) {
-  // A wrong gain correlates sensors that were taken one after the other too, but no more than it does each
-  // with itself a whole step later, apart from what fades in that. The correlation of a pair is that of its
-  // best direction, in which all components of a sensor may have joined.
-  constexpr double kMoreThanInTime = 1.5;
-  const auto components =
-      findings.whiteness ? static_cast<double>(std::max(findings.whiteness->dim, Index{1})) : 1.0;
-  const double in_time = components * std::abs(lag_1_outside(findings));
+  // A gain that is too small by two noises, wrong in opposite directions; the same prior taken twice corrects
+  // too much.
+  if (innovation_shape(findings).gain > 0) return {};
   for (const Findings::SensorPair& pair : findings.sensor_pairs) {
     const BlockCorrelationTest& test = pair.correlation;
-    if (!(test.p_value <= cause_level(findings)) || test.largest < kMoreThanInTime * in_time) continue;
-    return {{Cause::sequential_sensors,
-             fmt::format("those of {} and {} at the same step are correlated, {:.2g} at most (p = "
-                         "{:.2g}): their NIS must not be added, and a filter that updates with both "
-                         "from the same prior counts that prior twice",
-                         pair.first, pair.second, test.largest, test.p_value)}};
+    if (!(std::max(test.p_value, pair.opposed_p_value) <= cause_level(findings))) continue;
+    return {
+        {Cause::sequential_sensors,
+         fmt::format(
+             "those of {} and {} at the same step are correlated, {:.2g} at most (p = {:.2g}), and as no Q, "
+             "R "
+             "or P0 makes them that is wrong in one direction (p = {:.2g}): their NIS must not be added; a "
+             "filter that updates with both from the same prior, or takes for independent what disturbs "
+             "both, corrects too much",
+             pair.first, pair.second, test.largest, test.p_value, pair.opposed_p_value)}};
   }
   return {};
 }

@@ -30,9 +30,9 @@ double distance_of_scale(double scale, double dof) {
 // after one that the gain has followed, less than half of that.
 bool body_fits(const Findings& findings) {
   if (!findings.fit || findings.gross_outliers.rest_fits) return true;
-  const ConsistencyVerdict& nis = findings.nis;
-  const double scale = nis.mean / nis.expected;
-  const double by_scale = scale > 1.0 ? distance_of_scale(scale, nis.expected) : 0.0;
+  const auto [mean, dof] =
+      findings.far_tail_nis.value_or(Findings::SizeOfNis{findings.nis.mean, findings.nis.expected});
+  const double by_scale = mean > dof ? distance_of_scale(mean / dof, dof) : 0.0;
   return findings.fit->kolmogorov < std::max(kSmallDistance, 0.5 * by_scale);
 }
 

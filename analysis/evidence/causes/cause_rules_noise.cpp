@@ -20,12 +20,15 @@ Cause cause_by_gain(bool nis_high, bool positive) {
 }
 
 // What no noise makes, beside a noise that is named; the innovations of a nonlinear filter have a mean
-// anyway.
+// anyway, but a small one beside what a noise adds to them.
 std::string mean_beside(const Findings& findings) {
   constexpr double kLeastMean = 0.1;  // of many runs a mean is significant that is of no size
-  if (!findings.innovation_mean || findings.nonlinear) return {};
+  if (!findings.innovation_mean) return {};
   const ZeroMeanTest& test = *findings.innovation_mean;
   const double mean = test.mean.cwiseAbs().maxCoeff();
+  const double of_excess = kAllButGone * std::abs(excess_of(findings.nis));
+  if (findings.nonlinear && test.mean.squaredNorm() < of_excess * static_cast<double>(test.mean.size()))
+    return {};
   if (!(test.p_value <= cause_level(findings)) || mean < kLeastMean) return {};
   return fmt::format(
       "; but they have a mean of {:.2g} standard deviations (p = {:.2g}), which no noise "
@@ -41,7 +44,15 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
   const std::string why =
       fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}{}",
                   expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band, beside);
-  if (shape.gain != 0) return {{cause_by_gain(high, shape.gain > 0), why}};
+  if (shape.gain != 0) {
+    const Cause cause = cause_by_gain(high, shape.gain > 0);
+    const bool counted_twice = cause == Cause::process_noise_too_small && !findings.sensor_pairs.empty();
+    return {
+        {cause, why + (counted_twice
+                           ? "; the sensors of a step are correlated: estimates that share a prior and are "
+                             "fused as if they were independent look the same"
+                           : "")}};
+  }
   if (!std::isfinite(shape.lag_1_band)) return {};
   const double most = std::abs(shape.lag_1) + shape.lag_1_band;
   const bool so_white = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
@@ -84,6 +95,27 @@ Causes find_noise_by_errors(const Findings& findings) {
       (nees == Verdict::optimistic && (!findings.nonlinear || lags_tell_process_noise(findings)));
   if (!of_noise || shape.gain == 0) return {};
   return noise_of(findings, shape, nees == Verdict::optimistic, mean_beside(findings));
+}
+
+Causes find_noise_by_growth(const Findings& findings) {
+  constexpr double kStandardErrors = 5.0;
+  const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
+  const bool high = nees.verdict == Verdict::optimistic;
+  const bool of_noise = high ? !findings.nonlinear : nees.verdict == Verdict::pessimistic;
+  Moments gain = findings.growth;
+  if (!high) gain.mean = -gain.mean;
+  if (!of_noise || nis.verdict != Verdict::consistent || !grows(gain, findings)) return {};
+  const std::string why = fmt::format(
+      "NEES over its dof {} by {:.3g} from the first fifth to the second half (mean over the runs), and P0 "
+      "never makes it "
+      "more wrong; the innovations fit, so it is the noise of states that these hardly show",
+      high ? "grows" : "falls", gain.mean);
+  // Mean NEES is A q + B r + C p of its dof and mean NIS ρ r + …: with B ≤ 1 an R that makes such errors
+  // moves NIS.
+  const double by_R = findings.measurement_noise_share.value_or(0.0) * std::abs(excess_of(nees));
+  if (!(by_R > kStandardErrors * std::sqrt(2.0 / nis.dof)))
+    return {{Cause::process_or_measurement_noise, why}};
+  return {{high ? Cause::process_noise_too_small : Cause::process_noise_too_large, why}};
 }
 
 Causes find_noise_beside_bias(const Findings& findings) {

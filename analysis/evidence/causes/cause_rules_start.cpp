@@ -10,13 +10,31 @@
 namespace credence::internal {
 namespace {
 
-// Of a filter that is mixed the noise goes beside the start; a start that is none of P0 comes after it.
+// A P0 that is too small gives the first innovations no mean; what a measurement or a motion adds to its
+// linearisation at an uncertain start does. P0 may be wrong all the same.
+void tell_mean_at_start(const Findings& findings, CauseFound& start) {
+  const std::optional<ZeroMeanTest>& mean = findings.first_innovation;
+  const StepTest* first = first_step(findings.nis);
+  if (start.cause != Cause::initial_covariance || !mean || first == nullptr) return;
+  if (!(mean->p_value <= cause_level(findings)) || !(excess_of(*first) > 0.0)) return;
+  if (!counts(mean->mean.squaredNorm() / static_cast<double>(mean->mean.size()), excess_of(*first))) return;
+  start.cause = Cause::initial_covariance_or_nonlinear_start;
+  start.why += fmt::format(
+      "; the first innovations have a mean of {:.2g} standard deviations (p = {:.2g}), which no P0 makes, "
+      "but a model that "
+      "is not linear, or a first estimate that is off in all runs alike",
+      mean->mean.cwiseAbs().maxCoeff(), mean->p_value);
+}
+
+// Of a filter that is mixed the noise goes beside the start; a start that may be none of P0 comes after it.
 Causes with_the_rest(const Findings& findings, CauseFound start) {
   const bool mixed = findings.nis.verdict == Verdict::mixed || findings.nees.verdict == Verdict::mixed;
-  const bool of_start = start.cause == Cause::initial_covariance || start.cause == Cause::nonlinear_start;
+  const bool after =
+      start.cause == Cause::nonlinear_start || start.cause == Cause::initial_covariance_or_nonlinear_start;
+  const bool of_start = after || start.cause == Cause::initial_covariance;
+  tell_mean_at_start(findings, start);
   Causes found = mixed && of_start ? find_wrong_noise(findings) : Causes{};
-  const bool first = start.cause != Cause::nonlinear_start;
-  found.insert(first ? found.begin() : found.end(), std::move(start));
+  found.insert(after ? found.end() : found.begin(), std::move(start));
   return found;
 }
 
@@ -93,7 +111,8 @@ bool first_innovation_tells_noise(const Findings& findings) {
 }
 
 // The first innovation is that of P0 alone. Where it fits and those after it do not, the first corrections
-// have made P too small, as Jacobians at an uncertain start do.
+// may have made P too small, as Jacobians at an uncertain start do; or it is of states whose P0 hardly shows
+// in it.
 bool first_innovation_fits(const ConsistencyVerdict& nis) {
   const auto first = std::ranges::find_if(nis.steps, [](const StepTest& step) { return step.count > 0; });
   return first != nis.steps.end() && first->mean >= first->simultaneous_lower &&
@@ -230,7 +249,7 @@ Causes find_start_that_dies_out(const Findings& findings) {
   if (findings.nonlinear && verdict.verdict == Verdict::optimistic && P0_fits) {
     return with_the_rest(
         findings,
-        {Cause::nonlinear_start,
+        {nees_before_fits ? Cause::nonlinear_start : Cause::initial_covariance_or_nonlinear_start,
          fmt::format("{} is optimistic in the first steps above all, most at {}, and {}", quantity, worst,
                      nees_before_fits ? "NEES before the first innovation, which is that of P0 and Q, fits"
                                       : "the first innovation, which is that of P0 alone, fits")});
@@ -249,10 +268,13 @@ Causes find_start_beside_the_rest(const Findings& findings) {
       span.first == verdict.pessimistic_steps.first && span.last == verdict.pessimistic_steps.last;
   const bool of_P0 = starts_wrong(verdict, cause_level(findings));
   if (!of_P0 && (low || !findings.nonlinear)) return {};
-  return with_the_rest(findings, {of_P0 ? Cause::initial_covariance : Cause::nonlinear_start,
-                                  fmt::format("{} is {} in {} only, and {} later", by_nis ? "NIS" : "NEES",
-                                              low ? "pessimistic" : "optimistic", verdict.text_of(span),
-                                              low ? "optimistic" : "pessimistic")});
+  const Cause cause = of_P0                              ? Cause::initial_covariance
+                      : dead_reckoning_of(findings).fits ? Cause::nonlinear_start
+                                                         : Cause::initial_covariance_or_nonlinear_start;
+  return with_the_rest(findings,
+                       {cause, fmt::format("{} is {} in {} only, and {} later", by_nis ? "NIS" : "NEES",
+                                           low ? "pessimistic" : "optimistic", verdict.text_of(span),
+                                           low ? "optimistic" : "pessimistic")});
 }
 
 }  // namespace credence::internal

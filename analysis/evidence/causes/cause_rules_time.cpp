@@ -9,13 +9,6 @@
 namespace credence::internal {
 namespace {
 
-// Of many runs a mean is significant that is of no size: what makes no more than a twentieth of what is wrong
-// is not its cause.
-bool counts(double mean_square, double excess) {
-  constexpr double kLeastOfExcess = 0.05;
-  return mean_square >= kLeastOfExcess * std::abs(excess);
-}
-
 // Jacobians at the estimates give the errors and the innovations of a nonlinear filter a mean, too: there a
 // bias must be most of what is wrong.
 bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
@@ -80,11 +73,14 @@ Causes bias_of(const Findings& findings) {
 
 // A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
 // 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
-// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1. NIS is taken with its standard error.
-bool is_coloured(double lag_1, double settled_excess, const ConsistencyVerdict& nis) {
+// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1. NIS is that of all sensors or of the one that
+// lag 1 is of, whichever is more wrong, and taken with its standard error.
+bool is_coloured(double lag_1, double settled_excess, const Findings& findings) {
   constexpr double kMostByGain = 1.5;
+  const ConsistencyVerdict& nis = findings.nis;
   const double excess =
-      std::max(std::abs(std::log1p(settled_excess)), std::abs(std::log(nis.mean / nis.expected)));
+      std::max({std::abs(std::log1p(settled_excess)), std::abs(std::log(nis.mean / nis.expected)),
+                std::abs(std::log(findings.whiteness_nis.value_or(1.0)))});
   return std::abs(lag_1) > kMostByGain * (excess + std::sqrt(2.0 / nis.dof));
 }
 
@@ -134,7 +130,7 @@ Causes find_coloured_noise(const Findings& findings) {
   if (!findings.not_white || std::abs(lag_1) < kStrong) return {};
   if (!(findings.whiteness->p_value <= cause_level(findings))) return {};
   const InnovationShape shape = innovation_shape(findings);
-  if (!is_coloured(lag_1, shape.excess, findings.nis)) return {};
+  if (!is_coloured(lag_1, shape.excess, findings)) return {};
   return {{Cause::coloured_noise,
            fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
                        "{:.3g} is expected",

@@ -42,6 +42,11 @@ int gain_error(const Findings& findings) {
 
 }  // namespace
 
+bool counts(double mean_square, double excess) {
+  constexpr double kLeastOfExcess = 0.05;
+  return mean_square >= kLeastOfExcess * std::abs(excess);
+}
+
 double alpha_of(const Findings& findings) {
   return 1.0 - (findings.nis.confidence > 0.0 ? findings.nis.confidence : findings.nees.confidence);
 }

@@ -21,6 +21,10 @@ inline constexpr double kAllButGone = 0.25;
 /// errors ten times as wrong move the innovations as well.
 inline constexpr double kSmallBesideErrors = 0.1;
 
+/// Of many runs a mean is significant that is of no size: what makes no more than a twentieth of what is
+/// wrong is not its cause.
+bool counts(double mean_square, double excess);
+
 /// A share of R in S beyond which S is wrong only if R is.
 inline constexpr double kMostly = 0.8;
 

@@ -80,6 +80,7 @@ void SensorSums::merge(const SensorSums& later) {
     lags.merge(later.lags);
     run_means.merge(later.run_means);
     values.merge(later.values);
+    first.merge(later.first);
   }
   scalar_lags.merge(later.scalar_lags);
   scalar_run_means.merge(later.scalar_run_means);

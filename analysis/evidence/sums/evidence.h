@@ -96,6 +96,7 @@ struct SensorSums {
   CoverageCount ties;       ///< NIS that are equal to another of their run: never of a continuous law
   LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
   VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
+  VectorMoments first;      ///< over runs: the first u of each, where it is one piece
   /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
   LagProducts scalar_lags;
   VectorMoments scalar_run_means;

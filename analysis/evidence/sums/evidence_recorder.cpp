@@ -468,6 +468,9 @@ void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t 
   if (scalar_mean.count > 0) sums.scalar_run_means.add(Vector::Constant(1, scalar_mean.mean));
   if (sums.varies) return;
 
+  if (run.pieces && !run.values.empty() && layout_.sensors[sensor].piece == layout_.sensors[sensor].dim) {
+    sums.first.add(Eigen::Map<const Vector>(run.values.data(), static_cast<Index>(d)));
+  }
   Vector total = Vector::Zero(static_cast<Index>(d));
   double pieces = 0.0;
   for (std::size_t j = 0; j < most; ++j) {

@@ -93,6 +93,7 @@ bool told_by_size(Cause cause) {
                                Cause::measurement_noise_too_large,
                                Cause::process_or_measurement_noise,
                                Cause::initial_covariance,
+                               Cause::initial_covariance_or_nonlinear_start,
                                Cause::nonlinear_start};
   return std::ranges::find(kCauses, cause) != std::end(kCauses);
 }

@@ -251,17 +251,98 @@ TEST(CauseRules, AMeanOfInnovationsThatIsLittleOfTheirExcessIsNoBiasOfANonlinear
   EXPECT_EQ(with(2.0, 2.0, 0.7, true), CauseList{Cause::covariance_scale});
 }
 
-TEST(CauseRules, SensorsOfOnePriorAreCorrelatedMoreThanInTime) {
+TEST(CauseRules, SensorsOfOnePriorAreCorrelatedAsNoNoiseMakesThem) {
   Findings findings = findings_of(1.0, 1.3);
-  findings.sensor_pairs = {{"left", "right", {.values = 1000, .largest = 0.3, .p_value = 1e-9}}};
-  findings.whiteness = correlated_by(0.19);  // 1.5 · 0.19 < 0.3
-  findings.not_white = true;
+  findings.sensor_pairs = {{"left", "right", {.values = 1000, .largest = 0.3, .p_value = 1e-9}, 0.0033}};
+  findings.whiteness = correlated_by(-0.3);  // they correct too much
   EXPECT_EQ(causes_of(findings), CauseList{Cause::sequential_sensors});
-  findings.whiteness = correlated_by(-0.21);
+  findings.sensor_pairs[0].opposed_p_value = 0.0034;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
-  findings.whiteness = correlated_by(-0.11);  // 1.5 · 2 · 0.11 > 0.3
-  findings.whiteness->dim = 2;
-  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+  EXPECT_EQ(find_causes(findings)[0].why.find("share a prior"), std::string::npos);
+}
+
+// What is fused twice makes P too small, as too small a Q does; two noises may make a gain too small and
+// correlate sensors, too.
+TEST(CauseRules, SensorsWhoseGainIsTooSmallMayHaveCountedTheirPriorTwice) {
+  Findings findings = findings_of(1.3, 1.3);
+  findings.whiteness = correlated_by(0.3);
+  EXPECT_EQ(find_causes(findings)[0].why.find("share a prior"), std::string::npos);
+  findings.sensor_pairs = {{"left", "right", {.values = 1000, .largest = 0.3, .p_value = 1e-9}, 1e-9}};
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  EXPECT_NE(find_causes(findings)[0].why.find("share a prior"), std::string::npos);
+}
+
+TEST(CauseRules, OutliersAreThoseOfTheSensorThatHasThem) {
+  // Two sensors, of which one alone is wrong, by 4: its body has moved by half of what that makes, 0.32
+  // (scipy, as above), which is more than half of what the factor of both together makes.
+  Findings findings = findings_of(2.5, 2.5);
+  findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+  findings.fit = GoodnessOfFit{.count = 4000, .kolmogorov = 0.15};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  findings.far_tail_nis = {4.0, 1.0};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+}
+
+TEST(CauseRules, ColourIsBesideTheNisOfTheSensorThatHasIt) {
+  Findings findings = findings_of(0.9, 0.9);
+  findings.whiteness = correlated_by(-0.25);
+  findings.not_white = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::coloured_noise});
+  findings.whiteness_nis = 0.8;  // 1.5 · ln 0.8 = −0.33
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+}
+
+// A quarter of an excess of 0.3 is that of a mean of 0.27, a half, which is a bias, that of 0.39.
+TEST(CauseRules, ANoiseIsToldWithTheMeanThatItDoesNotMake) {
+  const auto says_mean = [](double mean) {
+    Findings findings = findings_of(1.3, 1.3);
+    findings.nonlinear = true;
+    findings.whiteness = correlated_by(0.3);
+    findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, mean), .p_value = 1e-9};
+    EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+    return find_causes(findings).at(0).why.find("look first for a delay") != std::string::npos;
+  };
+  EXPECT_FALSE(says_mean(0.26));
+  EXPECT_TRUE(says_mean(0.29));
+}
+
+// What P0 makes wrong never grows, and R shows in the innovations.
+TEST(CauseRules, ErrorsThatGrowWrongWhileInnovationsFitAreOfNoise) {
+  const auto with = [](double nees, double growth, bool nonlinear, std::optional<double> share) {
+    Findings findings = findings_of(nees, 1.0);
+    findings.nonlinear = nonlinear;
+    findings.measurement_noise_share = share;
+    // Student's t of 100 runs is 10 of a growth of 0.3.
+    findings.growth = {.count = 100, .mean = growth, .m2 = 99.0 * 0.09};
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with(1.5, 0.3, false, {}), CauseList{Cause::process_or_measurement_noise});
+  EXPECT_EQ(with(1.5, 0.3, false, 0.9), CauseList{Cause::process_noise_too_small});
+  EXPECT_EQ(with(1.5, 0.3, false, 0.2), CauseList{Cause::process_or_measurement_noise});  // 0.1 < 5 √(2/4000)
+  EXPECT_EQ(with(1.5, 0.05, false, 0.9), CauseList{Cause::covariance_scale});
+  EXPECT_EQ(with(1.5, -0.3, false, 0.9), CauseList{Cause::covariance_scale});
+  EXPECT_EQ(with(1.5, 0.3, true, 0.9), CauseList{Cause::linearisation});
+  EXPECT_EQ(with(0.6, -0.3, true, 0.9), CauseList{Cause::process_noise_too_large});
+  EXPECT_EQ(with(0.6, 0.3, false, 0.9), CauseList{Cause::covariance_scale});
+}
+
+// A first innovation that is too large is that of P0, or of a model that is not linear there, which gives it
+// a mean.
+TEST(CauseRules, FirstInnovationsWithAMeanAreNotOfP0Alone) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(2, 3.0, 1.0), true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.first_innovation = ZeroMeanTest{.mean = Vector::Constant(1, 0.9), .p_value = 0.0034};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.first_innovation->p_value = 0.0033;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
+  EXPECT_NE(find_causes(findings)[0].why.find("a mean of 0.9 standard deviations"), std::string::npos);
+  findings.first_innovation->mean *= 0.3;  // 0.27² is less than a twentieth of 2
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.first_innovation->mean *= 3.0;
+  findings.nis =
+      verdict_of_means(start_and_rest(2, 0.4, 1.0), true);  // too small, which no linearisation makes
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
 }
 
 TEST(CauseRules, InflationIsNamedWhereItMakesPTooLarge) {
@@ -303,15 +384,15 @@ TEST(CauseRules, OutliersThatGatherAtTheStartAreTheStart) {
 }
 
 // P0 alone makes the first innovation; what only later ones show, the first corrections of a nonlinear filter
-// did.
-TEST(CauseRules, AFirstInnovationThatFitsClearsTheInitialCovarianceOfANonlinearFilter) {
+// may have done, or a P0 of states that the first one hardly measures.
+TEST(CauseRules, AFirstInnovationThatFitsLeavesOpenWhatTheStartOfANonlinearFilterIs) {
   Findings findings = findings_of(1.0, 1.0);
   std::vector<double> means = start_and_rest(6, 3.0, 1.0);
   means[0] = 1.1;
   findings.nis = verdict_of_means(means, true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
   findings.nonlinear = true;
-  EXPECT_EQ(causes_of(findings), CauseList{Cause::nonlinear_start});
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
   means[0] = 3.0;
   findings.nis = verdict_of_means(means, true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
@@ -636,8 +717,8 @@ TEST(CauseRules, AMeanOfErrorsThatAreTooSmallIsNoBiasOfANonlinearFilter) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
 }
 
-// A start whose first innovation fits is not that of P0, and noise that lasts comes first.
-TEST(CauseRules, NoiseThatLastsComesBeforeAStartThatIsNotLinear) {
+// A start whose first innovation fits may be none of P0, and noise that lasts comes first.
+TEST(CauseRules, NoiseThatLastsComesBeforeAStartThatMayNotBeLinear) {
   Findings findings = findings_of(1.0, 1.0);
   std::vector<double> means = start_and_rest(3, 3.0, 0.6);
   means[0] = 1.1;
@@ -645,7 +726,8 @@ TEST(CauseRules, NoiseThatLastsComesBeforeAStartThatIsNotLinear) {
   findings.whiteness = correlated_by(0.2);
   findings.nonlinear = true;
   ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
-  EXPECT_EQ(causes_of(findings), (CauseList{Cause::measurement_noise_too_large, Cause::nonlinear_start}));
+  EXPECT_EQ(causes_of(findings),
+            (CauseList{Cause::measurement_noise_too_large, Cause::initial_covariance_or_nonlinear_start}));
   findings.inflated = true;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::inflation});
 }

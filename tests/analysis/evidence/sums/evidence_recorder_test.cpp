@@ -130,6 +130,26 @@ TEST(EvidenceRecorder, ASensorThatIsSlowerThanTheFilterHasSuccessiveInnovationsT
   EXPECT_NEAR(tenth.autocorrelation.at(0), 0.5, 0.15);  // five standard errors of 1,200 pairs
 }
 
+TEST(EvidenceRecorder, TheFirstInnovationOfEachRunIsKept) {
+  RunLayout layout{.sensors = {{.name = "s", .dim = 1, .piece = 1}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  for (const double nu : {3.0, 5.0}) {
+    recorder.begin_run();
+    Step step;
+    for (step.step = 1; step.step <= 3; ++step.step) {
+      step.innovations = {{Vector(0), Matrix(0, 0)}};
+      if (step.step > 1)
+        step.innovations = {{Vector::Constant(1, step.step == 2 ? nu : 100.0), Matrix::Constant(1, 1, 4.0)}};
+      recorder.add(step);
+    }
+  }
+  const Evidence evidence = recorder.take();
+  const VectorMoments& first = evidence.sensors.at(0).first;
+  EXPECT_EQ(first.count, 2);
+  EXPECT_EQ(first.mean, Vector::Constant(1, 2.0));
+}
+
 TEST(EvidenceRecorder, TheLawOfRoundedInnovationsIsNotTested) {
   const GoodnessOfFit rounded = innovations_in_steps(0.05).sensors.at(0).fit;
   EXPECT_TRUE(rounded.reason.starts_with("not tested")) << rounded.reason;
