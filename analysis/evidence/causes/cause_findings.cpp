@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <iterator>
 #include <numeric>
 #include <span>
@@ -45,6 +46,8 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     f.whiteness_nis = s.nis.mean / s.nis.expected;
   }
   f.not_white = f.not_white || not_white;
+  if (j.sensors.size() > 1 && !sums.sensor.nis_alone && is_inconsistent(s.nis.verdict))
+    f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness});
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate && !s.gate->known) f.gate = s.gate;
   if (!s.gate) f.cut_off = cut_off_of(sums, s);
@@ -215,6 +218,8 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
     findings.gross_outliers.rest_fits =
         judge_nis(clean.moments, clean.dof, j.confidence).verdict == Verdict::consistent;
   }
+  std::ranges::stable_sort(findings.wrong_sensors, std::ranges::greater{},
+                           [](const auto& sensor) { return std::abs(std::log(sensor.nis)); });
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.mean_at_steps = test_mean_at_steps(e.law.whitened);

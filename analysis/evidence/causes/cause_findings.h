@@ -49,7 +49,14 @@ struct Findings {
   std::optional<WhitenessTest> whiteness = {};
   /// Of one sensor: mean NIS over its dof.
   std::optional<double> whiteness_nis = {};  ///< of that of `whiteness`
-  bool not_white = false;                    ///< the portmanteau of all lags speaks against whiteness
+  /// Of several sensors those whose own NIS is wrong, the most wrong first.
+  struct WrongSensor {
+    std::string name;
+    double nis = 0.0;  ///< mean over its dof
+    WhitenessTest whiteness;
+  };
+  std::vector<WrongSensor> wrong_sensors = {};
+  bool not_white = false;  ///< the portmanteau of all lags speaks against whiteness
   /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
   std::optional<ZeroMeanTest> innovation_mean = {};
   std::optional<ZeroMeanTest> first_innovation = {};  ///< of that of a sensor; Bonferroni over the sensors

@@ -4,6 +4,7 @@
 
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -36,29 +37,55 @@ std::string mean_beside(const Findings& findings) {
       mean, test.p_value);
 }
 
+// Which sensors' R is wrong, of several: those that tell the same gain, or the one whose NIS is three times
+// as wrong as that of the others.
+std::string sensors_of_noise(const Findings& findings, const InnovationShape& shape) {
+  constexpr double kAlone = 3.0;
+  if (shape.sensor.empty()) return {};
+  const auto& wrong = findings.wrong_sensors;
+  std::string names = shape.sensor;
+  for (std::size_t i = 1; i < wrong.size() && shape.gain != 0; ++i) {
+    if (wrong[i].whiteness.reason.empty() && gain_error(wrong[i].whiteness, findings) == shape.gain)
+      append_item(names, wrong[i].name);
+  }
+  const bool alone =
+      wrong.size() == 1 || std::abs(std::log(wrong[0].nis)) > kAlone * std::abs(std::log(wrong[1].nis));
+  if (shape.gain == 0 && !alone) return {};
+  return fmt::format("that of {} (NIS of {} is {:.3g} times the expected one)", names, wrong[0].name,
+                     wrong[0].nis);
+}
+
 // Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
 // sign. Where the gain is not told, innovations that are white enough exclude Q if S is mostly R.
 Causes noise_of(const Findings& findings, const InnovationShape& shape, bool high,
                 const std::string& beside) {
   const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
+  const std::string sensors = sensors_of_noise(findings, shape);
   const std::string why =
-      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}{}",
-                  expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band, beside);
+      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}{}{}",
+                  expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band,
+                  shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor), beside);
   if (shape.gain != 0) {
     const Cause cause = cause_by_gain(high, shape.gain > 0);
     const bool counted_twice = cause == Cause::process_noise_too_small && !findings.sensor_pairs.empty();
-    return {
-        {cause, why + (counted_twice
-                           ? "; the sensors of a step are correlated: estimates that share a prior and are "
-                             "fused as if they were independent look the same"
-                           : "")}};
+    const bool of_R =
+        cause == Cause::measurement_noise_too_small || cause == Cause::measurement_noise_too_large;
+    std::string more = of_R && !sensors.empty() ? "; it is " + sensors : "";
+    if (counted_twice) {
+      more =
+          "; the sensors of a step are correlated: estimates that share a prior and are fused as if they "
+          "were "
+          "independent look the same";
+    }
+    return {{cause, why + more}};
   }
   if (!std::isfinite(shape.lag_1_band)) return {};
   const double most = std::abs(shape.lag_1) + shape.lag_1_band;
   const bool so_white = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
   // Innovations as white as this while R is not most of S are those of a Q and an R that are both wrong.
   if (!so_white || !(share > kMostly))
-    return {{Cause::process_or_measurement_noise, why + std::string(where_errors_fit(findings))}};
+    return {{Cause::process_or_measurement_noise, why + (sensors.empty() ? "" : "; if it is R, " + sensors) +
+                                                      std::string(where_errors_fit(findings))}};
   return {{high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
            fmt::format("{}, and R makes up {:.2g} of S", why, share)}};
 }

@@ -20,15 +20,27 @@ double normal_upper_quantile(double probability) {
 bool is_tested(const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; }
 
 /// Beyond the pointwise band where all lags together speak, else beyond that of all causes together.
-double lag_1_band_of(const Findings& findings) {
-  const double band = findings.whiteness->band.at(0);
+double lag_1_band_of(const WhitenessTest& whiteness, const Findings& findings) {
+  const double band = whiteness.band.at(0);
   if (findings.not_white) return band;
   return band * cause_quantile(findings, 2.0) / normal_upper_quantile(0.5 * alpha_of(findings));
 }
 
-int gain_error(const Findings& findings) {
+/// Of which innovation_shape tells the autocorrelation; null where there is none.
+const Findings::WrongSensor* sensor_of_shape(const Findings& findings) {
+  constexpr double kLeast = 1.0 / 3.0;
+  if (findings.wrong_sensors.empty()) return nullptr;
+  const Findings::WrongSensor& most = findings.wrong_sensors.front();
+  if (!most.whiteness.reason.empty()) return nullptr;
+  const double of_other = std::abs(std::log(findings.whiteness_nis.value_or(1.0)));
+  const bool told = gain_error(most.whiteness, findings) != 0;
+  return told || of_other < kLeast * std::abs(std::log(most.nis)) ? &most : nullptr;
+}
+
+}  // namespace
+
+int gain_error(const WhitenessTest& test, const Findings& findings) {
   constexpr std::size_t kSums[] = {1, 5, 20};
-  const WhitenessTest& test = *findings.whiteness;
   const double of_band = normal_upper_quantile(0.5 * alpha_of(findings));
   double sum = 0.0, largest = 0.0;
   for (std::size_t h = 0; h < test.autocorrelation.size(); ++h) {
@@ -39,8 +51,6 @@ int gain_error(const Findings& findings) {
   const double wanted = cause_quantile(findings, 2.0 * static_cast<double>(std::size(kSums)));
   return largest > wanted ? 1 : largest < -wanted ? -1 : 0;
 }
-
-}  // namespace
 
 bool counts(double mean_square, double excess) {
   constexpr double kLeastOfExcess = 0.05;
@@ -127,10 +137,15 @@ InnovationShape innovation_shape(const Findings& findings) {
   const ConsistencyVerdict& nis = findings.nis;
   InnovationShape shape{.excess = excess_of_steps(nis, nis.steps.size() / 5, nis.steps.size()),
                         .lag_1_band = std::numeric_limits<double>::infinity()};
-  if (findings.whiteness && findings.whiteness->reason.empty()) {
-    shape.lag_1 = findings.whiteness->autocorrelation.at(0);
-    shape.lag_1_band = lag_1_band_of(findings);
-    shape.gain = gain_error(findings);
+  const Findings::WrongSensor* const sensor = sensor_of_shape(findings);
+  const WhitenessTest* const test = sensor != nullptr    ? &sensor->whiteness
+                                    : findings.whiteness ? &*findings.whiteness
+                                                         : nullptr;
+  if (sensor != nullptr) shape.sensor = sensor->name;
+  if (test != nullptr && test->reason.empty()) {
+    shape.lag_1 = test->autocorrelation.at(0);
+    shape.lag_1_band = lag_1_band_of(*test, findings);
+    shape.gain = gain_error(*test, findings);
   }
   return shape;
 }

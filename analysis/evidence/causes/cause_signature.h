@@ -73,11 +73,17 @@ struct InnovationShape {
   double lag_1 = 0.0;       ///< autocorrelation
   double lag_1_band = 0.0;  ///< beyond which lag_1 is no chance; infinite where it is not known
   int gain = 0;             ///< the sign of q − r, by which Q and R are wrong; 0: not told
+  std::string sensor = {};  ///< of several that of the autocorrelation; "" where it is that of none by itself
 };
 
-/// Of the innovations as they are. The sign of the gain: of innovations with the gain that the filter
-/// believes in the correlation at every lag is (q − r) times one matrix, so that lags that fade slowly are
-/// added up; the largest of |Σ_{h ≤ L} z_h|/√L, L = 1, 5, 20, at cause_level, Bonferroni over the three.
+/// The sign of the gain by the innovations of one sensor: of those with the gain that the filter believes in
+/// the correlation at every lag is (q − r) times one matrix, so that lags that fade slowly are added up; the
+/// largest of |Σ_{h ≤ L} z_h|/√L, L = 1, 5, 20, at cause_level, Bonferroni over the three.
+int gain_error(const WhitenessTest& whiteness, const Findings& findings);
+
+/// Of the innovations as they are. Of several sensors the autocorrelation is that of the one whose NIS is
+/// most wrong: its own noise turns its innovations back, and those of the others on. Where that tells no
+/// gain, it is that of the most correlated, unless its NIS is less than a third as wrong (by the logarithm).
 InnovationShape innovation_shape(const Findings& findings);
 
 /// Where NIS is wrong and NEES is right, what else may be: the filter may have another S than was written.

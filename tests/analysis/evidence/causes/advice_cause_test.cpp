@@ -660,6 +660,33 @@ TEST(CauseRules, WhiteInnovationsOfTheWrongSizeAreOfQOrR) {
 }
 
 // A gate of 95 % in a filter that is right but for it: what lies beyond is logged and not used.
+// Of two sensors with R of b too small: innovations of b are turned back, those of a go on, by b's noise.
+TEST(CauseRules, TheRThatIsWrongIsThatOfTheSensorWhoseNisIs) {
+  Findings findings = findings_of(2.0, 1.8);
+  findings.not_white = true;
+  findings.whiteness = correlated_by(0.1);
+  findings.whiteness_nis = 1.2;
+  findings.wrong_sensors = {{"b", 2.4, correlated_by(-0.08)}, {"a", 1.2, correlated_by(0.1)}};
+  const Causes of_R = find_causes(findings);
+  ASSERT_FALSE(of_R.empty());
+  EXPECT_EQ(of_R.front().cause, Cause::measurement_noise_too_small);
+  EXPECT_NE(of_R.front().why.find("-0.08 ± 0.05 of b"), std::string::npos) << of_R.front().why;
+  EXPECT_NE(of_R.front().why.find("; it is that of b (NIS of b is 2.4 times"), std::string::npos)
+      << of_R.front().why;
+
+  // Both too small: both are named. Q: lags of one sign.
+  findings.wrong_sensors[1].whiteness = correlated_by(-0.07);
+  EXPECT_NE(find_causes(findings).front().why.find("it is that of b, a (NIS"), std::string::npos);
+  findings.wrong_sensors[0].whiteness = correlated_by(0.12);
+  EXPECT_EQ(find_causes(findings).front().cause, Cause::process_noise_too_small);
+
+  // Where b tells no gain, that of a, whose NIS is hardly wrong, is not taken for it.
+  findings.wrong_sensors = {{"b", 2.4, correlated_by(0.001)}, {"a", 1.2, correlated_by(0.1)}};
+  const CauseFound open = find_causes(findings).front();
+  EXPECT_EQ(open.cause, Cause::process_or_measurement_noise);
+  EXPECT_NE(open.why.find("; if it is R, that of b"), std::string::npos) << open.why;
+}
+
 TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
   Findings findings = findings_of(1.5, 1.4);
   findings.whiteness = correlated_by(0.2);
