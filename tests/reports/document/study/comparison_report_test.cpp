@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 
 #include "core/nan.h"
@@ -33,14 +34,15 @@ ReportTable table_of(const std::vector<ComparedStudy>& studies) {
 }
 
 TEST(Comparison, DifferencesArePairedRunByRun) {
-  // Differences 0.1, 0.2, 0.3: mean 0.2, standard error 0.1/√3; t_{0.975}(2) = 4.302653 (tables).
+  // Differences 0.1, 0.2, 0.3: mean 0.2, standard error 0.1/√3; of half the two dof t_{0.975}(1) = 12.706205
+  // (tables).
   const auto d = paired_difference(study("b", "w", {1.1, 0.7, 1.8}), study("a", "w", {1.0, 0.5, 1.5}), 0.95);
   ASSERT_TRUE(d.has_value());
   EXPECT_NEAR(d->interval.mean, 0.2, 1e-15);
-  EXPECT_NEAR(d->interval.upper - d->interval.mean, 4.302653 * 0.1 / std::sqrt(3.0), 1e-6);
+  EXPECT_NEAR(d->interval.upper - d->interval.mean, 12.706205 * 0.1 / std::sqrt(3.0), 1e-6);
   EXPECT_EQ(d->interval.count, 3);
-  // t = 2 √3 with two dof: p = 1 − t/√(t² + 2).
-  EXPECT_NEAR(d->p_value, 1.0 - std::sqrt(12.0 / 14.0), 1e-12);
+  // t = 2 √3 with one dof, Cauchy's law.
+  EXPECT_NEAR(d->p_value, 1.0 - 2.0 * std::atan(std::sqrt(12.0)) / std::numbers::pi, 1e-12);
 }
 
 TEST(Comparison, PValuesOfDifferencesAreAdjustedForTheStudies) {
@@ -55,7 +57,7 @@ TEST(Comparison, PValuesOfDifferencesAreAdjustedForTheStudies) {
   EXPECT_NEAR(all[3]->adjusted, 1.0, 1e-12);
   const auto j = nlohmann::json::parse(comparison_document(studies, 0.95).json());
   EXPECT_EQ(j["studies"][1]["paired_difference"]["adjusted_p_value"].get<double>(), all[1]->adjusted);
-  EXPECT_THAT(table_of(studies).rows[1].back().text, HasSubstr(", p = 0.148"));
+  EXPECT_THAT(table_of(studies).rows[1].back().text, HasSubstr(", p = 0.358"));
 }
 
 TEST(Comparison, RunsOfOtherNoiseOrOfUnknownNoiseAreNotPaired) {
