@@ -102,12 +102,18 @@ LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::pat
         "--log-format mcap: this world has no pose in the plane; csv and npz take every world");
   }
   make_directories(directory_);
+  held_.emplace(directory_);
   if (fresh) discard_logs(directory_, 0);
   if (!logs_in(directory_, 0).empty()) {
     throw OutputError(
         fmt::format("{}: holds logs of earlier runs; name another folder, or discard them with --fresh",
                     directory_.string()));
   }
+}
+
+HeldFolder::~HeldFolder() {
+  std::error_code none;
+  std::filesystem::remove(file, none);  // before the lock goes, so that it is nobody else's
 }
 
 StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs,

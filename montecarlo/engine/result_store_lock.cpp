@@ -57,7 +57,7 @@ int locked(const std::filesystem::path& file) {
   const int reason = errno;
   const std::string text =
       reason == EWOULDBLOCK
-          ? fmt::format("{} is writing there; wait for it, or use another --out", holder(descriptor, file))
+          ? fmt::format("{} is writing there; wait for it, or name another folder", holder(descriptor, file))
           : fmt::format("cannot be locked ({})", std::strerror(reason));
   close(descriptor);
   throw StoreError(fmt::format("{}: {}", directory, text));

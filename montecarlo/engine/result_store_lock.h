@@ -10,7 +10,8 @@ namespace credence::internal {
 /// itself.
 std::optional<std::int64_t> lock_holder(const std::filesystem::path& file);
 
-/// The right to write to a result store, held by one process at a time through a lock file beside it.
+/// The right to write to a result store or a folder of logs, held by one process at a time through a lock
+/// file there.
 ///
 /// The lock goes with the process, however it ends; the file stays and means nothing by itself.
 class ResultStoreLock {

@@ -29,6 +29,21 @@ TEST_F(LoggedExperiment, RefusesToMixLogsAndDiscardsThemWhenAsked) {
   EXPECT_EQ(json({"check", "logs", "--format", "json", "--quiet"})["runs"], 70);
 }
 
+TEST_F(LoggedExperiment, TwoAtOnceDoNotShareAFolder) {
+  write("a.toml", kLine);
+  const pid_t first = start({"run", "a.toml", "--runs", "1000000", "--log", "logs", "--format", "json"});
+  wait_for([&] { return fs::exists(folder_ / "logs" / "run-000000.csv"); });
+  const Finished second = finish(start_program(
+      {"sh", "-c", credence_binary().string() + " run a.toml --log logs --fresh > second 2>&1"}));
+  EXPECT_EQ(second.code, 2);
+  EXPECT_EQ(read("second"), "credence: logs: another process (pid " + std::to_string(first) +
+                                ") is writing there; wait for it, or name another folder\n");
+  kill(first, SIGINT);
+  EXPECT_EQ(finish(first).code, 130);
+  EXPECT_TRUE(fs::exists(folder_ / "logs" / "run-000000.csv"));
+  EXPECT_FALSE(fs::exists(folder_ / "logs" / "run.lock"));
+}
+
 TEST_F(LoggedExperiment, CtrlCLeavesWholeLogsOfTheRunsThatItReports) {
   write("a.toml", kLine);
   const pid_t child =

@@ -40,7 +40,7 @@ TEST(ResultStoreLock, is_held_once_and_given_back) {
     EXPECT_EQ(folder.read("store.lock"), std::to_string(getpid()) + "\n");
     EXPECT_THAT(lock_refusal(file), AllOf(StartsWith(folder.path().string() + ": another process (pid " +
                                                      std::to_string(getpid()) + ") is writing there"),
-                                          HasSubstr("another --out")));
+                                          HasSubstr("another folder")));
     EXPECT_THAT(lock_refusal(file), HasSubstr("is writing there")) << "a refusal takes nothing away";
   }
   EXPECT_EQ(lock_refusal(file), "taken");
