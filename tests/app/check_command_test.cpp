@@ -563,6 +563,12 @@ TEST_F(CheckCommand, AGateFailsWhereAVersionIsWorseThanTheBaseline) {
   EXPECT_EQ(gate("bad", "bad.json").code, 0);   // as bad as before
   EXPECT_EQ(gate("good", "bad.json").code, 0);  // better
   EXPECT_NE(read("j.xml").find("failures=\"0\""), std::string::npos);
+  std::filesystem::create_directory(folder_ / "renamed");
+  for (int i = 0; i < 40; ++i) {
+    std::filesystem::copy(folder_ / "bad" / fmt::format("run-{:06}.csv", i),
+                          folder_ / "renamed" / fmt::format("drive-{}.csv", i));
+  }
+  EXPECT_EQ(gate("renamed", "bad.json").code, 1);  // of which nothing is known but the word
   EXPECT_EQ(run({"check", "bad", "--fail-on-inconsistent", "--junit", "j.xml", "--quiet"}).code, 1);
   EXPECT_EQ(read("j.xml").find("failures=\"0\""), std::string::npos);
   const Json compared = json({"compare", "good.json", "bad.json", "--format", "json"});

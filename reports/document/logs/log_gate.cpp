@@ -24,6 +24,8 @@ bool names_inconsistency(const std::string& verdict) {
       [&](Verdict v) { return is_inconsistent(v) && to_string(v) == verdict; });
 }
 
+bool compared(const CheckedLogs& logs) { return logs.gate && logs.gate->compares(); }
+
 struct JunitCase {
   std::string name, says;
   bool failed = false, skipped = false;
@@ -84,10 +86,15 @@ std::string change_text(const FactorChange& change) {
 }
 
 std::string gate_sentence(const LogGate& gate) {
-  std::string text = fmt::format("Against {} ({}): ", gate.baseline, gate.verdict_before);
-  if (!gate.worse.empty()) return text + "WORSE: " + fmt::format("{}", fmt::join(gate.worse, "; ")) + ".";
-  text += "nothing is worse.";
-  if (gate.changes.empty()) text += " No runs or stretches could be paired by their names.";
+  std::string text = fmt::format("Against {} ({}):", gate.baseline, gate.verdict_before);
+  if (!gate.worse.empty()) text += fmt::format(" WORSE: {}.", fmt::join(gate.worse, "; "));
+  if (!gate.compares()) {
+    return text +
+           " Nothing could be compared, as no runs or stretches of the same name have a factor on P in both; "
+           "the verdict counts as without a baseline.";
+  }
+  if (!gate.worse.empty()) return text;
+  text += " nothing is worse.";
   for (const FactorChange& change : gate.changes) {
     if (change.adjusted <= gate.level) text += " It is " + change_text(change) + ".";
   }
@@ -109,26 +116,25 @@ Json gate_json(const LogGate& gate) {
 }
 
 bool fails(const CheckedLogs& logs) {
-  return logs.gate ? !logs.gate->worse.empty() : is_inconsistent(logs.analysis.judgement.word.verdict);
+  if (logs.gate && !logs.gate->worse.empty()) return true;
+  return !compared(logs) && is_inconsistent(logs.analysis.judgement.word.verdict);
 }
 
 std::string junit_xml(const CheckedLogs& logs, double confidence) {
   const Judgement& j = logs.analysis.judgement;
   const bool failed = fails(logs);
-  std::vector<JunitCase> cases = {{"the covariance can be trusted", log_answer(logs), failed && !logs.gate,
-                                   j.word.verdict == Verdict::undecided}};
+  std::vector<JunitCase> cases = {{"the covariance can be trusted", log_answer(logs),
+                                   failed && !compared(logs), j.word.verdict == Verdict::undecided}};
   if (logs.gate) {
-    cases.push_back(
-        {"no worse than " + logs.gate->baseline,
-         logs.gate->worse.empty() ? "nothing is worse" : fmt::format("{}", fmt::join(logs.gate->worse, "; ")),
-         failed});
+    cases.push_back({"no worse than " + logs.gate->baseline, gate_sentence(*logs.gate),
+                     !logs.gate->worse.empty(), logs.gate->worse.empty() && !compared(logs)});
   }
   for (const NamedTest& test : j.tests) {
     const bool rejects = test.adjusted <= 1.0 - confidence;
     cases.push_back({test.name,
                      fmt::format("{}; {}, adjusted {}", test.says, p_value_statement(test.p_value),
                                  p_value_text(test.adjusted)),
-                     rejects && failed && !logs.gate, std::isnan(test.p_value)});
+                     rejects && failed && !compared(logs), std::isnan(test.p_value)});
     if (cases.back().skipped) cases.back().says = test.says;
   }
   const auto count = [&](bool JunitCase::*what) { return std::ranges::count(cases, true, what); };

@@ -37,8 +37,8 @@ std::string junit_xml(const CheckedLogs& logs, double confidence);
 /// A summary for a pull request.
 std::string markdown_summary(const CheckedLogs& logs);
 
-/// Whether --fail-on-inconsistent fails: with a baseline where something is worse, else where the word is
-/// inconsistent.
+/// Whether --fail-on-inconsistent fails: with a baseline that can be compared where something is worse, else
+/// where the word is inconsistent.
 bool fails(const CheckedLogs& logs);
 
 }  // namespace credence::internal

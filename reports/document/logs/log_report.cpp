@@ -129,8 +129,12 @@ Document log_document(CheckedLogs given) {
   document.json = [shared] { return log_json(*shared); };
   document.brief.emplace_back(log_table(logs));
 
-  if (logs.gate)
-    document.callout(logs.gate->worse.empty() ? CellTone::good : CellTone::alarm, gate_sentence(*logs.gate));
+  if (logs.gate) {
+    document.callout(!logs.gate->worse.empty() ? CellTone::alarm
+                     : logs.gate->compares()   ? CellTone::good
+                                               : CellTone::caution,
+                     gate_sentence(*logs.gate));
+  }
   document.section("Verdicts");
   ReportTable verdicts = log_verdicts(logs, a.judgement.blocks.size());
   verdicts.title = "One row for the whole state, the innovations, and each block of states";

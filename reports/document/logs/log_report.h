@@ -25,6 +25,9 @@ struct LogGate {
   bool became_inconsistent = false;   ///< and was not before
   std::vector<FactorChange> changes;  ///< of the factor on P, on what both logged
   std::vector<std::string> worse;     ///< sentences: what fails
+
+  /// Whether both logged anything under one name; else the word decides, as without a baseline.
+  bool compares() const { return !changes.empty(); }
 };
 
 /// Logs and where they came from.

@@ -116,11 +116,26 @@ TEST(LogGate, AVerdictThatBecameInconsistentIsWorse) {
   EXPECT_FALSE(gate(Verdict::pessimistic, "optimistic").became_inconsistent);
   EXPECT_FALSE(gate(Verdict::undecided, "consistent").became_inconsistent);
   EXPECT_EQ(gate_sentence(gate(Verdict::mixed, "consistent")),
-            "Against before.json (consistent): WORSE: it was consistent, and is mixed.");
-  EXPECT_EQ(
-      gate_sentence(gate(Verdict::consistent, "consistent")),
-      "Against before.json (consistent): nothing is worse. No runs or stretches could be paired by their "
-      "names.");
+            "Against before.json (consistent): WORSE: it was consistent, and is mixed. Nothing could be "
+            "compared, as no runs or stretches of the same name have a factor on P in both; the verdict "
+            "counts as without a baseline.");
+}
+
+TEST(LogGate, WhereNothingIsPairedTheWordDecides) {
+  const UnitFactors before = factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}});
+  const auto judged = [&](Verdict now) {
+    CheckedLogs logs = checked(factors_of({{"x", 9.0}, {"y", 9.1}, {"z", 8.9}}), now);
+    logs.gate = gate_against(logs, "before.json", baseline_of(before), kMargin);
+    EXPECT_THAT(gate_sentence(*logs.gate),
+                testing::StartsWith("Against before.json (optimistic): Nothing could be compared"));
+    return logs;
+  };
+  const CheckedLogs wrong = judged(Verdict::optimistic), right = judged(Verdict::consistent);
+  EXPECT_THAT(wrong.gate->worse, IsEmpty()) << "it was optimistic before";
+  EXPECT_TRUE(fails(wrong));
+  EXPECT_THAT(junit_xml(wrong, 0.95), HasSubstr("tests=\"2\" failures=\"1\" errors=\"0\" skipped=\"1\""));
+  EXPECT_FALSE(fails(right));
+  EXPECT_THAT(junit_xml(right, 0.95), HasSubstr("tests=\"2\" failures=\"0\" errors=\"0\" skipped=\"1\""));
 }
 
 TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
@@ -148,7 +163,7 @@ TEST(JunitXml, FailuresAreThereExactlyWhereTheCheckFails) {
   EXPECT_THAT(xml, HasSubstr("tests=\"4\" failures=\"2\" errors=\"0\" skipped=\"1\""));
   EXPECT_THAT(xml, HasSubstr("name=\"mean &amp; &quot;law&quot;\"><failure message=\"a &lt; b; p = "));
   EXPECT_THAT(xml, HasSubstr("name=\"bias\"><skipped message=\"a &lt; b\"/>"));
-  logs.gate = LogGate{.baseline = "old.json"};
+  logs.gate = LogGate{.baseline = "old.json", .changes = std::vector<FactorChange>(1)};
   EXPECT_FALSE(fails(logs)) << "as wrong as it was";
   EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"0\" errors=\"0\" skipped=\"1\""));
   logs.gate->worse = {"it is worse"};

@@ -102,6 +102,8 @@ TEST(LogReport, RejectedRowsAreAnAlarmWithTheFirstOfEveryKind) {
 TEST(LogReport, AnEarlierVersionIsComparedBeforeAnythingElse) {
   CheckedLogs logs;
   logs.gate = LogGate{.baseline = "old.json", .verdict_before = "consistent"};
+  EXPECT_EQ(callouts_of(log_document(logs)).at(0).tone, CellTone::caution) << "nothing was compared";
+  logs.gate->changes.resize(1);
   EXPECT_EQ(callouts_of(log_document(logs)).at(0).tone, CellTone::good);
   logs.gate->worse = {"it is more optimistic"};
   const part::Callout worse = callouts_of(log_document(logs)).at(0);
