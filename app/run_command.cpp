@@ -138,7 +138,6 @@ int run(const RunOptions& options) {
       if (result.result.statistics.runs == 0) return;
       analyses.push_back(analyse(c, std::move(result)));
       explain(analyses.back(), played, options);
-      if (!analyses.back().judgement) analyses.back().complete = false;  // interrupted there
     });
     if (catch_interrupt().load()) break;
   }

@@ -46,7 +46,8 @@ struct Shard {
 StudyAnalysis analyse(const Configuration& configuration, PlayedStudy result);
 
 /// Adds the tests that explain the verdicts, the verdict over all blocks and the bound on the errors, for
-/// which the first runs are played where `evidence` has not seen them; adds nothing if it is interrupted.
+/// which the first runs are played where `evidence` has not seen them; an interruption leaves it
+/// incomplete.
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options);
 
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs

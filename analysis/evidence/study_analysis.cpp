@@ -137,7 +137,10 @@ void add_judgement(StudyAnalysis& a, const Experiment& experiment, const EngineO
 
 void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineOptions& options) {
   const auto evidence = collector.take(evidence_runs(a.scenario, a.statistics.runs), options);
-  if (!evidence) return;
+  if (!evidence) {
+    a.complete = false;
+    return;
+  }
   a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence,
                                   .margin = a.scenario.stop.consistent_within,
                                   .all_runs = &a.statistics,
@@ -151,6 +154,7 @@ void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
   try {
     a.bound = posterior_bound(a.scenario);
   } catch (const Stopped&) {
+    a.complete = false;
     return;
   }
   if (!a.bound) return;

@@ -35,7 +35,7 @@ struct ErrorCurves {
 struct StudyAnalysis {
   Scenario scenario;
   StudyStatistics statistics;
-  bool complete = true;              ///< false: interrupted, fewer runs than asked for
+  bool complete = true;              ///< false: interrupted: fewer runs than asked for, or not all tests
   bool timed_out = false;            ///< ended by study.stop.max_seconds
   std::optional<StopDecision> stop;  ///< with a stop rule: the last look
   Index state_dim = 0;               ///< of the complete map
@@ -61,14 +61,14 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
 /// Runs of a study of so many that its further evidence is taken of.
 std::int64_t evidence_runs(const Scenario& scenario, std::int64_t runs);
 
-/// Adds what the evidence of the first runs (evidence_runs) says, unless it is stopped. `options` as for
-/// EvidenceCollector::take.
+/// Adds what the evidence of the first runs (evidence_runs) says, unless it is stopped and so not complete.
+/// `options` as for EvidenceCollector::take.
 void add_judgement(StudyAnalysis& analysis, EvidenceCollector& evidence, const EngineOptions& options = {});
 /// Plays these runs for it.
 void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
 
 /// Adds what no filter's error is below in this world, if it is not linear and has a judgement, unless it is
-/// stopped.
+/// stopped and so not complete.
 void add_posterior_bound(StudyAnalysis& analysis, const EngineOptions& options = {});
 
 /// The one word: that of the stop rule if there is one, else the word over NEES, NIS and the blocks.

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "analysis/evidence/study_analysis.h"
 #include "analysis/evidence/sums/evidence_recorder.h"
@@ -93,7 +95,12 @@ TEST(BlockAccuracy, OfAnEfficientFilterMeetsTheBound) {
   StudyResult result = run_studies({&task, 1}, {.threads = 2}).front();
   StudyAnalysis analysis = analyse_study(scenario, *experiment, std::move(result));
   add_judgement(analysis, *experiment);
+  const std::atomic<bool> stop{true};
+  add_posterior_bound(analysis, {.stop = &stop});
+  EXPECT_FALSE(std::exchange(analysis.complete, true)) << "an interruption is no bound";
+  EXPECT_FALSE(analysis.bound.has_value());
   add_posterior_bound(analysis);
+  EXPECT_TRUE(analysis.complete);
   ASSERT_TRUE(analysis.bound.has_value());
   ASSERT_EQ(analysis.judgement->accuracy.size(), 2U);
   for (const BlockAccuracy& block : analysis.judgement->accuracy) {
