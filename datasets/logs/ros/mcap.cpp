@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -46,6 +47,8 @@ class McapReader {
                                    size, file_.size()));
       }
       ended = opcode == McapOpcode::kDataEnd || opcode == McapOpcode::kFooter;
+      if (opcode == McapOpcode::kDataEnd)
+        require_checksum(file_.cursor(body, size, "the end of the data").take<std::uint32_t>(), at);
       if (is_read(opcode)) record(opcode, file_.cursor(body, size, "a record"), true);
       at = body + size;
       visitor_.advance(static_cast<std::int64_t>(size + kMcapRecordHeader));
@@ -56,6 +59,18 @@ class McapReader {
   /// The others, an attachment of a gigabyte among them, are passed over.
   static bool is_read(std::uint8_t opcode) {
     return opcode >= McapOpcode::kSchema && opcode <= McapOpcode::kChunk;
+  }
+
+  /// Of all bytes before the end of the data, the magic among them; 0: there is none.
+  void require_checksum(std::uint32_t checksum, std::uint64_t end) {
+    constexpr std::uint64_t kAtOnce = std::uint64_t{1} << 20;
+    if (checksum == 0) return;
+    uLong own = 0;
+    for (std::uint64_t at = 0; at < end; at += kAtOnce) {
+      const Bytes part = file_.view(at, std::min(kAtOnce, end - at), "the data");
+      own = crc32_z(own, part.data(), part.size());
+    }
+    if (own != checksum) file_.fail(end, "data with a checksum that is not their own: corrupted");
   }
 
   void record(std::uint8_t opcode, ByteCursor body, bool outside) {

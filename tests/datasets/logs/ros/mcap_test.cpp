@@ -128,6 +128,23 @@ TEST(Mcap, what_is_not_known_is_passed_over_and_nothing_is_read_behind_the_end) 
   EXPECT_EQ(scanned_mcap(kMcapStart + mcap_record(0x02, std::string(20, '\0')) + "rest").messages.size(), 0U);
 }
 
+// What the format's own conformance tests hold of a file without data: all before its end, from the magic on.
+TEST(Mcap, all_data_have_a_checksum) {
+  const auto end = [](std::uint32_t checksum) {
+    return mcap_record(0x0f, ByteWriter().add(checksum).bytes());
+  };
+  const std::string header = kMcapStart + mcap_record(0x01, std::string(8, '\0'));
+  EXPECT_NO_THROW(scanned_mcap(header + end(3959079795U)));
+  expect_mcap_fails(header + end(3959079794U), "byte 25: data with a checksum that is not their own");
+  // Longer than what is read at once.
+  std::string data = header + mcap_channel(1, 0, "/t", "cdr") + mcap_message(1, 0, std::string(3 << 20, 'x'));
+  const std::uint32_t checksum = crc32_of(data);
+  EXPECT_EQ(scanned_mcap(data + end(checksum)).messages.size(), 1U);
+  data[2 << 20] = 'y';
+  expect_mcap_fails(data + end(checksum), "corrupted");
+  EXPECT_EQ(scanned_mcap(data + end(0)).messages.size(), 1U) << "0: there is none";
+}
+
 TEST(Mcap, a_chunk_holds_what_its_records_hold) {
   const std::string records = mcap_channel(1, 0, "/t", "cdr") + mcap_message(1, 2'000'000'000, "in");
   for (const std::uint32_t checksum : {0U, crc32_of(records)}) {  // 0: there is none
