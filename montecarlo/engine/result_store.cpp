@@ -60,10 +60,10 @@ void remove_database(const std::filesystem::path& directory) {
   }
 }
 
-/// Whether SQLite must be told that nobody writes: it cannot make its shared memory, and there is no log to
-/// read.
+/// Whether SQLite must be told that nobody writes: it cannot make its shared memory, in a folder that is not
+/// ours or on a full disk, and there is no log to read.
 bool is_frozen(const std::filesystem::path& directory) {
-  if (access(directory.c_str(), W_OK) == 0) return false;
+  if (access(directory.c_str(), W_OK) == 0 && has_room(directory / kFileName)) return false;
   std::error_code error;
   const auto log_size = std::filesystem::file_size(directory / (std::string(kFileName) + "-wal"), error);
   return error || log_size == 0;
@@ -213,8 +213,8 @@ void ResultStore::require_same_scenario(std::string_view canonical) {
   const std::string difference = stored.empty() ? "" : scenario_difference(stored, canonical);
   if (!difference.empty()) {
     throw StoreError(fmt::format(
-        "{}: holds results of another scenario (- stored, + asked):\n{}use another --out, or delete "
-        "that directory to start anew",
+        "{}: holds results of another scenario (- stored, + asked):\n{}use another --out, or discard "
+        "them to start anew (run: --fresh; else delete that directory)",
         directory_.string(), difference));
   }
   if (lock_) {

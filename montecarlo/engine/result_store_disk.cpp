@@ -25,10 +25,14 @@ constexpr double kLeastRoom = 128 * 1024;  ///< for it, the first pages and the 
 
 }  // namespace
 
-void require_room(const std::filesystem::path& database) {
+bool has_room(const std::filesystem::path& database) {
   struct statvfs room {};
-  if (statvfs(database.parent_path().c_str(), &room) != 0 || room.f_blocks == 0) return;
-  if (static_cast<double>(room.f_bfree) * static_cast<double>(room.f_frsize) < kLeastRoom) refuse(database);
+  if (statvfs(database.parent_path().c_str(), &room) != 0 || room.f_blocks == 0) return true;
+  return static_cast<double>(room.f_bfree) * static_cast<double>(room.f_frsize) >= kLeastRoom;
+}
+
+void require_room(const std::filesystem::path& database) {
+  if (!has_room(database)) refuse(database);
 }
 
 // By the descriptor that SQLite has: closing one of our own would give up its locks on the file.

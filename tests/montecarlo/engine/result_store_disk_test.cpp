@@ -14,6 +14,7 @@
 #include <functional>
 #include <string>
 
+#include "montecarlo/engine/result_store.h"
 #include "montecarlo/engine/result_store_error.h"
 #include "tests/temporary_folder.h"
 
@@ -130,6 +131,19 @@ TEST(ResultStoreDisk, ADiskThatFillsUpBeforeSharedMemoryIsTakenIsSaidToBeFull) {
   if (large == kNoSmallDisk) GTEST_SKIP() << "no disk of our own here";
   EXPECT_EQ(large, kFits);
   EXPECT_EQ(on_small_disk(folder, "16k", reserve), kFull);
+}
+
+TEST(ResultStoreDisk, WhatIsStoredCanBeReadFromAFullDisk) {
+  const TemporaryFolder folder;
+  const auto fill_and_read = [](const std::filesystem::path& in) {
+    ResultStore::open_to_write(in, "1.0").require_same_scenario("[world]\n");
+    std::ofstream(in / "fill") << std::string(1 << 20, 'x');
+    if (has_room(in / "results.sqlite")) _exit(kFull);
+    if (ResultStore::open_to_read(in).scenario() != "[world]\n") _exit(kSaysSomethingElse);
+  };
+  const int read = on_small_disk(folder, "512k", fill_and_read);
+  if (read == kNoSmallDisk) GTEST_SKIP() << "no disk of our own here";
+  EXPECT_EQ(read, kFits);
 }
 
 }  // namespace

@@ -161,6 +161,7 @@ TEST(ResultStore, RefusesAnotherScenarioShowingTheDifference) {
               HasSubstr("- filter.inflation = \"none\"\n+ filter.inflation = \"map\"\n"
                         "+ filter.solution = \"pairwise\"\n- world.landmarks = 2\n+ world.landmarks = 3\n"));
   EXPECT_THAT(said, Not(HasSubstr("runs")));
+  EXPECT_THAT(said, HasSubstr("--fresh"));
   EXPECT_EQ(store.scenario(), scenario_text()) << "nothing was written over";
 }
 
