@@ -11,7 +11,8 @@
 #include "montecarlo/scenario/sweep_plan.h"
 
 /// @file
-/// What a user names as a scenario: a file, or one that comes with the program, by its name alone.
+/// What a user of the program or of the Python module names as a scenario: a file, or one that comes with
+/// them, by its name alone.
 
 namespace credence::internal {
 

@@ -20,6 +20,7 @@
 #include <variant>
 #include <vector>
 
+#include "app/scenario_files.h"
 #include "core/control_characters.h"
 #include "core/stop_point.h"
 #include "core/utf8.h"
@@ -372,12 +373,13 @@ PYBIND11_MODULE(_credence, m) {
         });
   m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
                           const std::vector<std::string>& overrides) {
-    return noise_group(text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides));
+    return noise_group(text ? load_scenario_text(*text, file, overrides)
+                            : open_one_scenario(file, overrides));
   });
   m.def("sweep", [](const std::string& file, const std::optional<std::string>& text,
                     const std::vector<std::string>& overrides, int threads) {
     const ScenarioDocument document =
-        text ? read_scenario_text(*text, file, overrides) : read_scenario(file, overrides);
+        text ? read_scenario_text(*text, file, overrides) : open_scenario(file, overrides);
     return interruptible([&](const std::atomic<bool>& stop) { return run_sweep(document, threads, stop); });
   });
   m.def("load", [](const std::filesystem::path& directory, int threads) {
@@ -387,14 +389,14 @@ PYBIND11_MODULE(_credence, m) {
   m.def("tune", [](const std::string& file, const std::optional<std::string>& text,
                    const std::vector<std::string>& overrides, const std::string& free, int threads) {
     const Scenario scenario =
-        text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides);
+        text ? load_scenario_text(*text, file, overrides) : open_one_scenario(file, overrides);
     return interruptible([&](const std::atomic<bool>& stop) { return tune(scenario, free, threads, stop); });
   });
   m.def("tune_filter", &tune_filter);
   m.def("run", [](const std::string& file, const std::optional<std::string>& text,
                   const std::vector<std::string>& overrides, int threads) {
     const Scenario scenario =
-        text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides);
+        text ? load_scenario_text(*text, file, overrides) : open_one_scenario(file, overrides);
     return interruptible(
         [&](const std::atomic<bool>& stop) { return run_scenario(scenario, threads, stop); });
   });

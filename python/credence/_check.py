@@ -65,6 +65,8 @@ def collector(
     angle = np.zeros(len(states), dtype=bool)
     if angles is not None:
         angle[indices(angles, states, "angles")] = True
+    if blocks is not None and not isinstance(blocks, Mapping):
+        raise ValueError(f"blocks = {blocks!r}: expected a dict of names and their states")
     of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
     for name, which in of_blocks:
         require_text(name, "the name of a block")

@@ -55,6 +55,14 @@ def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str | byte
     return system_path(scenario), None, settings
 
 
+def _of_study(
+    overrides: Mapping[str, Any], runs: Optional[int], steps: Optional[int], seed: Optional[int]
+) -> "dict[str, Any]":
+    """Settings, with those of [study] that have arguments of their own."""
+    own = {"runs": runs, "steps": steps, "seed": seed}
+    return {**overrides, **{f"study.{key}": value for key, value in own.items() if value is not None}}
+
+
 @names_arguments
 def run(
     scenario: Scenario,
@@ -67,17 +75,14 @@ def run(
 ) -> Result:
     """Monte Carlo of one configuration, with the bits of ``credence run``.
 
-    scenario: the path of a scenario file, its text in TOML (with a line break), or a dict of its sections
-        (docs/scenario.md).
+    scenario: the path of a scenario file, the name of one that comes with the module (``credence list``), its text in
+        TOML (with a line break), or a dict of its sections (docs/scenario.md).
     overrides: any setting by its name: ``run(file, **{"filter.process_scale": 1.2})``.
 
     Raises ValueError for a scenario that is not accepted, naming the key.
     """
-    for key, value in (("runs", runs), ("steps", steps), ("seed", seed)):
-        if value is not None:
-            overrides[f"study.{key}"] = value
     require_threads(threads)
-    return Result(_credence.run(*_read(scenario, overrides), threads))
+    return Result(_credence.run(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads))
 
 
 class Sweep:
@@ -140,13 +145,21 @@ def _column_type(values: list) -> str:
 
 
 @names_arguments
-def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
+def sweep(
+    scenario: Scenario,
+    *,
+    runs: Optional[int] = None,
+    steps: Optional[int] = None,
+    seed: Optional[int] = None,
+    threads: int = 0,
+    **overrides: Any,
+) -> Sweep:
     """Monte Carlo of all configurations of a [sweep] table, with the bits of ``credence sweep``.
 
-    scenario, overrides: as in ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
+    Arguments are those of ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
     """
     require_threads(threads)
-    return Sweep(_credence.sweep(*_read(scenario, overrides), threads))
+    return Sweep(_credence.sweep(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads))
 
 
 @names_arguments

@@ -361,6 +361,7 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(name=None)) == "name = None: expected a str"
     assert bad(lambda a: a.update(name="\udcff")) == "name = '\\udcff': expected characters of Unicode"
     assert bad(lambda a: a.update(names=["a\udcff", "b"])) == "names = 'a\\udcff': expected characters of Unicode"
+    assert bad(lambda a: a.update(blocks=[1])) == "blocks = [1]: expected a dict of names and their states"
     assert bad(lambda a: a.update(blocks={None: [0]})) == "the name of a block = None: expected a str"
     assert bad(lambda a: a.update(blocks={"a": None})) == (
         "blocks['a'] = None: expected names, numbers, booleans or a slice"

@@ -53,6 +53,19 @@ def test_a_sweep_is_a_structured_array(tmp_path):
     command = [os.environ["CREDENCE"], "sweep", str(file), "--quiet", "--format", "json", "--out", str(tmp_path / "s")]
     wanted = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     assert credence.sweep(file).to_dict() == wanted
+    fewer = credence.sweep(file, runs=64, steps=5, seed=7).to_dict()
+    assert [c["runs"] for c in fewer["configurations"]] == [64, 64]
+    assert fewer == credence.sweep(file, **{"study.runs": 64, "study.steps": 5, "study.seed": 7}).to_dict()
+
+
+def test_scenarios_that_come_with_the_program_are_known_by_their_names():
+    command = [os.environ["CREDENCE"], "run", "figure1_two_landmarks", "--runs", "64", "--quiet", "--format", "json"]
+    wanted = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    assert credence.run("figure1_two_landmarks", runs=64).to_dict() == wanted
+    with pytest.raises(ValueError, match="did you mean figure1_two_landmarks"):
+        credence.run("figure1_two_landmark")
+    with pytest.raises(ValueError, match="^sweep.x=1: of one configuration nothing is swept"):
+        credence.run("figure1_two_landmarks", **{"sweep.x": 1})
 
 
 def test_what_is_wrong_is_named():
