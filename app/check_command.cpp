@@ -33,8 +33,7 @@ struct CheckArguments : CommonOptions {
   CheckOptions how;
   bool list = false, pool = false;
   std::string orientation_error, chart, truth_time = "interpolated", align = "none";
-  std::string time_offset;
-  std::vector<double> lever_arm;
+  std::string time_offset, lever_arm;
   std::string baseline, junit, markdown;
 };
 
@@ -55,6 +54,13 @@ std::optional<double> named_time_offset(const CheckArguments& o) {
   return seconds;
 }
 
+std::vector<double> numbers_of(const std::string& list) {
+  std::vector<double> numbers;
+  for (const std::string_view field : comma_fields(list))
+    numbers.push_back(parse_finite(field).value_or(kNaN));
+  return numbers;
+}
+
 /// What the words of the command line mean.
 CheckOptions options_of(const CheckArguments& o) {
   CheckOptions how = o.how;
@@ -67,11 +73,13 @@ CheckOptions options_of(const CheckArguments& o) {
   matching.alignment = truth_alignment_named(o.align);
   matching.time_offset_s = named_time_offset(o);
   matching.find_time_offset = o.time_offset == "estimate";
-  matching.lever_arm = lever_arm_of(o.lever_arm);
+  if (!o.lever_arm.empty()) matching.lever_arm = lever_arm_of(numbers_of(o.lever_arm));
   return how;
 }
 
-int list(const CheckArguments& o) {
+// `input`, if any, is done with before anything is printed: who reads that may have gone.
+
+int list(const CheckArguments& o, std::optional<StandardInputFile>& input) {
   const std::vector<fs::path> files = log_files(o.logs);
   const auto formats = formats_of(files, options_of(o));
   std::vector<ListedLog> listed;
@@ -79,6 +87,7 @@ int list(const CheckArguments& o) {
     const LogFormat& format = *formats.at(file);
     listed.push_back({file.string(), std::string(format.title), format.list(file)});
   }
+  input.reset();
   print(contents_document(std::move(listed)), o);
   return kDone;
 }
@@ -146,7 +155,7 @@ int interrupted_early() {
   return kInterrupted;
 }
 
-int check(const CheckArguments& options) {
+int check(const CheckArguments& options, std::optional<StandardInputFile>& input) {
   const auto begin = std::chrono::steady_clock::now();
   require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
@@ -157,6 +166,7 @@ int check(const CheckArguments& options) {
           : text_of_file(options.baseline,
                          fmt::format("--baseline {}: there is no such file", options.baseline));
   CheckedLogs logs = judge(options, files);
+  input.reset();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (logs.analysis.evidence.rows == 0 && !logs.analysis.complete) return interrupted_early();
   if (!options.baseline.empty())
@@ -223,8 +233,7 @@ void add_check_command(CLI::App& app) {
       ->add_option("--lever-arm", options->lever_arm,
                    "poses: where the truth's frame sits on the estimate's body: x,y,z (m), or with its "
                    "rotation qx,qy,qz,qw")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+      ->type_name("LIST");
   command
       ->add_option(
           "--orientation-error", options->orientation_error,
@@ -281,10 +290,12 @@ void add_check_command(CLI::App& app) {
   command->callback([options] {
     std::optional<StandardInputFile> input;
     for (std::string& log : options->logs) {
-      if (log == "-" && !input) log = input.emplace().path().string();
+      if (log != "-" || input) continue;
+      input.emplace();
+      log = StandardInputFile::kName;
     }
     if (input && catch_interrupt().load()) throw ExitStatus{interrupted_early()};
-    throw ExitStatus{options->list ? list(*options) : check(*options)};
+    throw ExitStatus{options->list ? list(*options, input) : check(*options, input)};
   });
 }
 

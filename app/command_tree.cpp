@@ -25,6 +25,8 @@ constexpr std::size_t kOptionColumn = 26, kWidestHelp = 100;
 
 /// "INT in [0 - 4096]" as "from 0 to 4096"; what else a validator says is in the words already.
 std::string range_text(std::string_view validators) {
+  if (validators == "POSITIVE") return "above 0";
+  if (validators == "NONNEGATIVE") return "from 0 on";
   const std::size_t open = validators.find("in ["), middle = validators.find(" - "),
                     close = validators.find(']');
   if (open == std::string_view::npos || middle == std::string_view::npos || close == std::string_view::npos)
@@ -140,6 +142,12 @@ std::vector<const CLI::Option*> options_of(const CLI::App& command) {
     }
   }
   return options;
+}
+
+std::string accepted_numbers(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  return fmt::format("{}numbers {}", value_name(type.substr(0, type.find(':'))) == "N" ? "whole " : "",
+                     range_text(type.substr(type.find(':') + 1)));
 }
 
 OptionShape shape_of(const CLI::Option& option) {

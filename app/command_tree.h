@@ -37,6 +37,9 @@ std::vector<const CLI::Option*> options_of(const CLI::App& command);
 
 OptionShape shape_of(const CLI::Option& option);
 
+/// "whole numbers from 0 to 4096": what an option with bounds takes.
+std::string accepted_numbers(const CLI::Option& option);
+
 /// All commands of the program, in the order in which they were added.
 std::vector<CommandShape> command_shapes(const CLI::App& app);
 

@@ -14,6 +14,8 @@
 namespace credence::internal {
 namespace {
 
+constexpr std::string_view kOutOfRange = " not in range ";
+
 /// The command that was called, or the program itself.
 const CLI::App& called(const CLI::App& app) {
   const std::vector<CLI::App*> commands = app.get_subcommands();
@@ -40,6 +42,15 @@ std::string about_number(const CLI::App& command, const std::string& given) {
   return fmt::format("{} is no {}number", given, whole ? "whole " : "");
 }
 
+/// Of "--runs: Value 0 not in range 1 to 5", where CLI11 writes all digits of the largest number.
+std::string about_range(const CLI::App& command, const std::string& what) {
+  constexpr std::string_view kValue = ": Value ";
+  const std::string option = what.substr(0, what.find(kValue));
+  const std::size_t value = option.size() + kValue.size();
+  return fmt::format("{} {}: accepted are {}", option, what.substr(value, what.rfind(kOutOfRange) - value),
+                     accepted_numbers(*command.get_option(option)));
+}
+
 /// Of "--runs: 1 required INT missing" and "--runs: At Most 1 required but received 2".
 std::string about_count(const std::string& what) {
   const std::string option = what.substr(0, what.find(':'));
@@ -58,6 +69,9 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
     what = about_extras(app, command);
   } else if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
     what = about_count(what);
+  } else if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr && what.starts_with("--") &&
+             what.find(kOutOfRange) != std::string::npos) {
+    what = about_range(command, what);
   } else if (what.starts_with(kConversion)) {
     what = about_number(command, what.substr(kConversion.size()));
   }

@@ -39,6 +39,10 @@ int show_one_run(const RunOptions& options) {
   if (options.scenarios.size() != 1) throw ScenarioError("--only-run: accepts exactly one scenario");
   if (*options.only_run < 0) throw ScenarioError("--only-run: must not be negative");
   const Scenario scenario = open_one_scenario(options.scenarios.front(), options.overrides());
+  if (*options.only_run >= scenario.most_runs()) {
+    throw ScenarioError(fmt::format("--only-run {}: the runs of this study are 0 to {}", *options.only_run,
+                                    scenario.most_runs() - 1));
+  }
   const RunTrace trace = naming_file(options.scenarios.front(),
                                      [&] { return make_experiment(scenario)->trace(*options.only_run); });
   print(trace_document(scenario, trace), options);

@@ -1,5 +1,6 @@
 #include "app/standard_input.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
@@ -21,11 +22,13 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path new_folder() {
-  std::string pattern = (fs::temp_directory_path() / "credence-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) {
-    throw std::runtime_error(fmt::format("{}: cannot be made ({})", pattern, std::strerror(errno)));
-  }
-  return pattern;
+  const char* const named = std::getenv("TMPDIR");
+  const std::string parent = named == nullptr || *named == '\0' ? "/tmp" : named;
+  std::string pattern = parent + "/credence-XXXXXX";
+  if (mkdtemp(pattern.data()) != nullptr) return pattern;
+  throw std::runtime_error(
+      fmt::format("{}: standard input cannot be kept there ({}); TMPDIR names another folder", parent,
+                  std::strerror(errno)));
 }
 
 void copy_input(const fs::path& target) {
@@ -47,6 +50,15 @@ void copy_input(const fs::path& target) {
   if (!file) throw std::runtime_error(fmt::format("{}: cannot be written", target.string()));
 }
 
+/// Makes this file the standard input.
+void read_from(const fs::path& file) {
+  const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool done = descriptor >= 0 && dup2(descriptor, STDIN_FILENO) == STDIN_FILENO;
+  if (!done)
+    throw std::runtime_error(fmt::format("{}: cannot be read ({})", file.string(), std::strerror(errno)));
+  close(descriptor);
+}
+
 }  // namespace
 
 StandardInputFile::StandardInputFile() : folder_(new_folder()) {
@@ -56,6 +68,7 @@ StandardInputFile::StandardInputFile() : folder_(new_folder()) {
       frames_to_csv(path(), folder_ / "csv");
       fs::rename(folder_ / "csv", path());
     }
+    read_from(path());
   } catch (...) {
     std::error_code ignored;
     fs::remove_all(folder_, ignored);

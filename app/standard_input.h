@@ -5,8 +5,9 @@
 
 namespace credence::internal {
 
-/// What comes on standard input as a file, for as long as this lives: formats of logs are seen from how a
-/// file begins, and some are read twice. Binary frames become the CSV that they stand for.
+/// What comes on standard input as a file, which standard input then is, for as long as this lives: formats
+/// of logs are seen from how a file begins, and some are read twice. Binary frames become the CSV that they
+/// stand for.
 class StandardInputFile {
  public:
   /// Reads to the end, or until an interruption is caught (interrupt.h), after which the file is of no use;
@@ -16,9 +17,12 @@ class StandardInputFile {
   StandardInputFile(const StandardInputFile&) = delete;
   StandardInputFile& operator=(const StandardInputFile&) = delete;
 
-  std::filesystem::path path() const { return folder_ / "stdin"; }
+  /// Where it is read, as often as one likes.
+  static constexpr const char* kName = "/dev/stdin";
 
  private:
+  std::filesystem::path path() const { return folder_ / "stdin"; }
+
   std::filesystem::path folder_;
 };
 

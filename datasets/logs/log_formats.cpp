@@ -72,6 +72,7 @@ const LogFormat& log_format_of(const std::filesystem::path& file, std::string_vi
 std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments) {
   std::vector<std::filesystem::path> files;
   for (const std::string& argument : arguments) {
+    if (argument.empty()) throw std::invalid_argument("the name of a log is empty");
     if (!std::filesystem::is_directory(argument)) {
       files.emplace_back(argument);
       continue;

@@ -37,10 +37,12 @@ std::optional<SpatialPose> lever_arm_of(std::span<const double> a) {
   SpatialPose pose;
   if (a.size() == kPosition || a.size() == kPose) pose.position = {a[0], a[1], a[2]};
   if (a.size() == kPose) pose.orientation = Eigen::Quaterniond(a[6], a[3], a[4], a[5]);
-  if ((a.size() != kPosition && a.size() != kPose) ||
+  const bool finite = std::ranges::all_of(a, [](double x) { return std::isfinite(x); });
+  if ((a.size() != kPosition && a.size() != kPose) || !finite ||
       !(std::abs(pose.orientation.norm() - 1.0) <= kOffUnit)) {
     throw std::invalid_argument(
-        "--lever-arm: accepted are x,y,z (m), or x,y,z,qx,qy,qz,qw with a quaternion of unit length");
+        "--lever-arm: accepted are x,y,z (m), or x,y,z,qx,qy,qz,qw with a quaternion of unit length, all "
+        "finite");
   }
   pose.orientation.normalize();
   return pose;

@@ -324,6 +324,11 @@ using namespace internal;
 Scenario load_scenario_text(std::string_view text, const std::string& file,
                             std::span<const std::string> overrides) {
   const ScenarioDocument document = read_scenario_text(text, file, overrides);
+  for (const Setting& swept : document.sweep) {
+    if (!swept.place.starts_with("--set ")) continue;
+    throw ScenarioError(swept.place +
+                        ": of one configuration nothing is swept; credence sweep runs them all");
+  }
   Scenario scenario = resolve_scenario(document.settings, document.file);
   scenario.name = document.name;
   return scenario;

@@ -442,7 +442,9 @@ TEST_F(CheckCommand, ATrajectoryIsShiftedInTimeAndAlongALeverArm) {
   EXPECT_NEAR(moved["nees"]["mean"].get<double>(), found["nees"]["mean"].get<double>(), 0.5);
   const Json lifted = json(with({"--time-offset", "0.1", "--lever-arm", "0,0,-0.5"}));
   EXPECT_NEAR(lifted["nees"]["mean"].get<double>(), moved["nees"]["mean"].get<double>() + 0.25e3, 0.5);
-  for (const auto& [option, value] : {std::pair{"--time-offset", "soon"}, std::pair{"--lever-arm", "1,2"}}) {
+  for (const auto& [option, value] :
+       {std::pair{"--time-offset", "soon"}, std::pair{"--lever-arm", "1,2"},
+        std::pair{"--lever-arm", "1e400,0,0"}, std::pair{"--lever-arm", "1,2,3,"}}) {
     const Finished refused = run(with({option, value}));
     EXPECT_EQ(refused.code, 2);
     EXPECT_NE(refused.err.find(std::string(option) + (option[2] == 't' ? " soon" : ": accepted")),

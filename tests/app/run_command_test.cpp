@@ -176,6 +176,16 @@ TEST_F(RunCommand, ASingleRunIsReplayedAlone) {
   EXPECT_EQ(j["steps"][30]["covariance"].size(), 3U);
   EXPECT_EQ(run({"run", "a.toml", "--only-run", "17"}).code, 0);
   EXPECT_EQ(run({"run", "a.toml", "--only-run", "-1"}).code, 2);
+  EXPECT_EQ(run({"run", "a.toml", "--runs", "128", "--only-run", "127"}).code, 0);
+  EXPECT_EQ(refusal({"run", "a.toml", "--runs", "128", "--only-run", "128"}),
+            "credence: --only-run 128: the runs of this study are 0 to 127\n");
+}
+
+TEST_F(RunCommand, NothingIsSweptByIt) {
+  write("a.toml", kMonobot);
+  EXPECT_EQ(
+      refusal({"run", "a.toml", "--set", "sweep.x=1"}),
+      "credence: --set sweep.x=1: of one configuration nothing is swept; credence sweep runs them all\n");
 }
 
 TEST_F(RunCommand, FailedRunsAreNamedAndExitWith3) {

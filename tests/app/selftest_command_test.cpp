@@ -49,9 +49,9 @@ TEST_F(SelftestCommand, SelftestInterruptedProvesNothing) {
 TEST_F(SelftestCommand, TooFewStudiesForARateAreRefused) {
   const Finished f = run({"selftest", "--studies", "99"});
   EXPECT_EQ(f.code, 2);
-  EXPECT_EQ(
-      f.err,
-      "credence: selftest: --studies: Value 99 not in range 100 to 100000000 (credence help selftest)\n");
+  EXPECT_EQ(f.err,
+            "credence: selftest: --studies 99: accepted are whole numbers from 100 to 100000000 (credence "
+            "help selftest)\n");
 }
 
 }  // namespace

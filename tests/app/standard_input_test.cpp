@@ -83,6 +83,33 @@ TEST_F(StandardInput, FramesThatBreakOffAreRefused) {
   EXPECT_EQ(check("names").code, 2);
 }
 
+TEST_F(StandardInput, IsNamedWhereItIsWrong) {
+  write("text", "step,error.x,P.1.1\n1,a,1\n");
+  EXPECT_THAT(check("text").err, ::testing::StartsWith("credence: /dev/stdin:2: column error.x: 'a'"));
+  EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
+}
+
+TEST_F(StandardInput, IsRefusedWhereItCannotBeKept) {
+  write("text", "");
+  const Finished f = finish(start_program(
+      {"sh", "-c", "exec env TMPDIR=absent " + credence_binary().string() + " check - < text"}));
+  EXPECT_EQ(f.code, 2);
+  EXPECT_EQ(f.err,
+            "credence: absent: standard input cannot be kept there (No such file or directory); TMPDIR names "
+            "another folder\n");
+}
+
+TEST_F(StandardInput, LeavesNoFileBehindWhereNobodyReadsTheAnswer) {
+  write("frames", frames({{0, 1, 0.5, 1}, {0, 2, 0.5, 1}}));
+  fs::create_directories(folder_ / "tmp");
+  finish(start_program({"sh", "-c",
+                        "{ while [ ! -e closed ]; do sleep 0.01; done; cat frames; } | { env TMPDIR=tmp " +
+                            credence_binary().string() +
+                            " check - --quiet; echo $? > code; } | { exec <&-; touch closed; }"}));
+  EXPECT_EQ(read("code"), std::to_string(128 + SIGPIPE) + "\n");
+  EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
+}
+
 TEST_F(StandardInput, AnInterruptionWhileItWaitsLeavesNoFileBehind) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   const pid_t writer = start_program({"sh", "-c", "exec sleep 60 > pipe"});

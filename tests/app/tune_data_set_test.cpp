@@ -40,7 +40,7 @@ TEST_F(TuneDataSet, WhatHasNoMeaningForItIsRefused) {
   }
   EXPECT_EQ(run({"tune", "mrclam", "--data", "."}).err, "credence: --data: there is no robot's log in it\n");
   EXPECT_EQ(run({"tune", "mrclam", "--data", ".", "--robot", "6"}).err,
-            "credence: tune: --robot: Value 6 not in range 1 to 5 (credence help tune)\n");
+            "credence: tune: --robot 6: accepted are whole numbers from 1 to 5 (credence help tune)\n");
 }
 
 }  // namespace

@@ -64,6 +64,11 @@ TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
   EXPECT_EQ(files[2].filename(), "c.mcap");
 }
 
+TEST(LogFormats, ALogHasAName) {
+  EXPECT_THAT([] { log_files(std::vector<std::string>{""}); },
+              ::testing::ThrowsMessage<std::invalid_argument>("the name of a log is empty"));
+}
+
 TEST(LogContents, a_rate_is_of_the_intervals_and_not_of_the_messages) {
   EXPECT_EQ(message_rate(11, 5.0, 6.0), 10.0);
   EXPECT_EQ(message_rate(2, -1.0, 1.0), 0.5);
