@@ -667,7 +667,7 @@ TEST(CauseRules, TheRThatIsWrongIsThatOfTheSensorWhoseNisIs) {
   findings.whiteness = correlated_by(0.1);
   findings.whiteness_nis = 1.2;
   findings.wrong_sensors = {{"b", 2.4, correlated_by(-0.08)}, {"a", 1.2, correlated_by(0.1)}};
-  const Causes of_R = find_causes(findings);
+  const std::vector<CauseFound> of_R = find_causes(findings);
   ASSERT_FALSE(of_R.empty());
   EXPECT_EQ(of_R.front().cause, Cause::measurement_noise_too_small);
   EXPECT_NE(of_R.front().why.find("-0.08 ± 0.05 of b"), std::string::npos) << of_R.front().why;
