@@ -666,16 +666,16 @@ TEST(CauseRules, TheRThatIsWrongIsThatOfTheSensorWhoseNisIs) {
   findings.not_white = true;
   findings.whiteness = correlated_by(0.1);
   findings.whiteness_nis = 1.2;
-  findings.wrong_sensors = {{"b", 2.4, correlated_by(-0.08)}, {"a", 1.2, correlated_by(0.1)}};
+  findings.wrong_sensors = {{"b", 2.4, correlated_by(-0.12)}, {"a", 1.2, correlated_by(0.1)}};
   const std::vector<CauseFound> of_R = find_causes(findings);
   ASSERT_FALSE(of_R.empty());
   EXPECT_EQ(of_R.front().cause, Cause::measurement_noise_too_small);
-  EXPECT_NE(of_R.front().why.find("-0.08 ± 0.05 of b"), std::string::npos) << of_R.front().why;
+  EXPECT_NE(of_R.front().why.find("-0.12 ± 0.05 of b"), std::string::npos) << of_R.front().why;
   EXPECT_NE(of_R.front().why.find("; it is that of b (NIS of b is 2.4 times"), std::string::npos)
       << of_R.front().why;
 
   // Both too small: both are named. Q: lags of one sign.
-  findings.wrong_sensors[1].whiteness = correlated_by(-0.07);
+  findings.wrong_sensors[1].whiteness = correlated_by(-0.11);
   EXPECT_NE(find_causes(findings).front().why.find("it is that of b, a (NIS"), std::string::npos);
   findings.wrong_sensors[0].whiteness = correlated_by(0.12);
   EXPECT_EQ(find_causes(findings).front().cause, Cause::process_noise_too_small);
