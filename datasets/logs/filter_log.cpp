@@ -136,8 +136,7 @@ void FilterLogReader::check_order() {
     if (written == 0.0 && !from_zero_)
       lines_.fail(
           "step 0 in a file whose first step is not 0: steps are counted from 1 here, since only a first 0 "
-          "tells "
-          "that they are not; add 1 to all, or let the run that has step 0 be the first");
+          "tells that they are not; add 1 to all, or let the run that has step 0 be the first");
     if (!(step >= 1.0 && step <= static_cast<double>(kLargestStep)) || std::floor(step) != step) {
       lines_.fail(fmt::format("step {}: accepted are whole numbers, counted from 0 or 1, to {}", written,
                               kLargestStep));

@@ -79,8 +79,7 @@ void tell_planar(const Trajectory& estimate, LogSink& sink) {
   if (!sentinels.planar()) return;
   sink.mistake(
       "The variances of z and of the rotations about x and y are 0 or at least 1e5 in every row, as of a "
-      "pose "
-      "in the plane: judge it by --chart planar.");
+      "pose in the plane: judge it by --chart planar.");
 }
 
 void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,

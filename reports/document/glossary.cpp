@@ -71,8 +71,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "no longer moves that state."},
     {"gate", "gating|validation gate", "a bound on NIS beyond which a filter uses no measurement",
      "It keeps false matches away, and right ones that are far out as well: NIS is cut off there, and its "
-     "mean "
-     "is too small. A filter whose P is too small throws away what would mend it."},
+     "mean is too small. A filter whose P is too small throws away what would mend it."},
     {"inflation", "inflated|covariance inflation", "making the covariance larger on purpose",
      "Adds a matrix ΔP to P so that correlations may be dropped without P becoming too small. An inflated "
      "filter is pessimistic by design."},

@@ -15,15 +15,13 @@ Causes find_sequential_sensors(const Findings& findings) {
   for (const Findings::SensorPair& pair : findings.sensor_pairs) {
     const BlockCorrelationTest& test = pair.correlation;
     if (!(std::max(test.p_value, pair.opposed_p_value) <= cause_level(findings))) continue;
-    return {
-        {Cause::sequential_sensors,
-         fmt::format(
-             "those of {} and {} at the same step are correlated, {:.2g} at most (p = {:.2g}), and as no Q, "
-             "R "
-             "or P0 makes them that is wrong in one direction (p = {:.2g}): their NIS must not be added; a "
-             "filter that updates with both from the same prior, or takes for independent what disturbs "
-             "both, corrects too much",
-             pair.first, pair.second, test.largest, test.p_value, pair.opposed_p_value)}};
+    return {{Cause::sequential_sensors,
+             fmt::format(
+                 "those of {} and {} at the same step are correlated, {:.2g} at most (p = {:.2g}), and as no "
+                 "Q, R or P0 makes them that is wrong in one direction (p = {:.2g}): their NIS must not be "
+                 "added; a filter that updates with both from the same prior, or takes for independent what "
+                 "disturbs both, corrects too much",
+                 pair.first, pair.second, test.largest, test.p_value, pair.opposed_p_value)}};
   }
   return {};
 }

@@ -74,8 +74,7 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
     if (counted_twice) {
       more =
           "; the sensors of a step are correlated: estimates that share a prior and are fused as if they "
-          "were "
-          "independent look the same";
+          "were independent look the same";
     }
     return {{cause, why + more}};
   }
@@ -134,8 +133,7 @@ Causes find_noise_by_growth(const Findings& findings) {
   if (!of_noise || nis.verdict != Verdict::consistent || !grows(gain, findings)) return {};
   const std::string why = fmt::format(
       "NEES over its dof {} by {:.3g} from the first fifth to the second half (mean over the runs), and P0 "
-      "never makes it "
-      "more wrong; the innovations fit, so it is the noise of states that these hardly show",
+      "never makes it more wrong; the innovations fit, so it is the noise of states that these hardly show",
       high ? "grows" : "falls", gain.mean);
   // Mean NEES is A q + B r + C p of its dof and mean NIS ρ r + …: with B ≤ 1 an R that makes such errors
   // moves NIS.

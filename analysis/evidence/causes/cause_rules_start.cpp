@@ -21,8 +21,7 @@ void tell_mean_at_start(const Findings& findings, CauseFound& start) {
   start.cause = Cause::initial_covariance_or_nonlinear_start;
   start.why += fmt::format(
       "; the first innovations have a mean of {:.2g} standard deviations (p = {:.2g}), which no P0 makes, "
-      "but a model that "
-      "is not linear, or a first estimate that is off in all runs alike",
+      "but a model that is not linear, or a first estimate that is off in all runs alike",
       mean->mean.cwiseAbs().maxCoeff(), mean->p_value);
 }
 

@@ -72,8 +72,7 @@ class NisSink final : public ForwardingSink {
 std::string about_reference(const ReplayResult& result) {
   if (!has_true_heading(result))
     return "GPS gives no heading: the NEES is that of the position, 2 dof, and nothing is said of the "
-           "heading "
-           "or of the pose.";
+           "heading or of the pose.";
   return fmt::format(
       "Motion capture gives the whole pose; its own heading is known to {}° only, which is added to P.",
       number_text(result.settings.truth.heading_std_deg, 2));
