@@ -70,6 +70,7 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
                  .rows = sums.rows,
                  .factor = interval_of(moments, confidence, 1.0),
                  .p_value = p_value_of(moments, 1.0)};
+    if (moments.count == 0) bin.factor.mean = sums.normalised / rows;
     p_values.push_back(bin.p_value);
     bins.push_back(bin);
   }

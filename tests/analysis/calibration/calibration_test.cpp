@@ -58,6 +58,17 @@ Calibration judged(const Played& played, double confidence = 0.95) {
 
 const Eigen::Vector3d kRight = Eigen::Vector3d::Ones();
 
+// P is the same in all rows of a range of σ here, so that the factor is the ratio of mean squares.
+TEST(Calibration, OfARunThatIsTooShortForStretchesFactorsHaveNoInterval) {
+  const Calibration c = judged(play(3, 1, 60, kRight, 0.99));
+  ASSERT_EQ(c.unit_count, 0);
+  ASSERT_EQ(c.bins.size(), 6U);
+  for (const SigmaBin& bin : c.bins) {
+    EXPECT_NEAR(bin.factor.mean, bin.rmse * bin.rmse / (bin.claimed * bin.claimed), 1e-9);
+    EXPECT_TRUE(std::isnan(bin.factor.lower) && std::isnan(bin.p_value));
+  }
+}
+
 TEST(CalibrationParts, ArePositionAndHeadingOfAPose) {
   const std::vector<Block> parts = calibration_parts(pose_layout());
   ASSERT_EQ(parts.size(), 2U);
