@@ -43,7 +43,7 @@ void test_mean(std::span<const RecordedInnovations> runs, InnovationTests& tests
       slowest = std::max(slowest, correlation_time_of(component));
     }
     const auto count = static_cast<std::size_t>(
-        std::min(kMostStretches, std::max<std::int64_t>(1, stretches_of(run.whitened.size(), slowest))));
+        std::min(kMostStretches, std::max<std::int64_t>(1, stretch_count(run.whitened.size(), slowest))));
     const std::size_t length = run.whitened.size() / count;
     for (std::size_t k = 0; k < count; ++k) {
       VectorMoments stretch;

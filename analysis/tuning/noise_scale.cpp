@@ -35,7 +35,7 @@ std::vector<std::int64_t> stretch_counts(NisOfRuns runs) {
   std::int64_t possible = 0;
   for (const std::vector<double>& run : runs) {
     const double time = correlation_time_of(run);
-    many.push_back(std::min(kMostStretches, stretches_of(run.size(), time)));
+    many.push_back(std::min(kMostStretches, stretch_count(run.size(), time)));
     const bool long_enough = std::isfinite(time) && static_cast<double>(run.size()) >= 12.5 * time;
     few.push_back(long_enough ? kFewLong : 0);
     possible += many.back();

@@ -21,7 +21,7 @@ double correlation_time_of(std::span<const double> values) {
   return sample.reason.empty() ? sample.correlation_time : kNaN;
 }
 
-std::int64_t stretches_of(std::size_t length, double correlation_time) {
+std::int64_t stretch_count(std::size_t length, double correlation_time) {
   constexpr double kTimesAStretch = 8.0;
   if (!std::isfinite(correlation_time)) return 0;
   return static_cast<std::int64_t>(static_cast<double>(length) / (kTimesAStretch * correlation_time));

@@ -16,6 +16,6 @@ double average_of(std::span<const double> values);
 double correlation_time_of(std::span<const double> values);
 
 /// How many stretches a series of this length and correlation time can be cut into; 0 if too few.
-std::int64_t stretches_of(std::size_t length, double correlation_time);
+std::int64_t stretch_count(std::size_t length, double correlation_time);
 
 }  // namespace credence::internal

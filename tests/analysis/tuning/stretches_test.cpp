@@ -25,9 +25,9 @@ TEST(Stretches, AreOfEightCorrelationTimes) {
   const double time = correlation_time_of(squares);
   EXPECT_NEAR(time, (1.0 + phi * phi) / (1.0 - phi * phi),
               0.9);  // 20 % : Sokal's error √(2 (2 W + 1)/N) is 5 %
-  EXPECT_EQ(stretches_of(400, 5.0), 10);
-  EXPECT_EQ(stretches_of(399, 5.0), 9);
-  EXPECT_EQ(stretches_of(399, kNaN), 0);
+  EXPECT_EQ(stretch_count(400, 5.0), 10);
+  EXPECT_EQ(stretch_count(399, 5.0), 9);
+  EXPECT_EQ(stretch_count(399, kNaN), 0);
 }
 
 TEST(Stretches, ValuesThatDoNotVaryHaveNoCorrelationTime) {
