@@ -7,6 +7,7 @@
 #include <bit>
 #include <iterator>
 
+#include "core/utf8.h"
 #include "datasets/logs/arrays/array_log.h"
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
