@@ -10,6 +10,7 @@
 #include "analysis/evidence/sums/evidence_recorder.h"
 #include "analysis/evidence/verdicts/judgement.h"
 #include "analysis/studies/selftest_study.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
 namespace credence::internal {
