@@ -89,6 +89,7 @@ void fuzz(std::string_view target, const std::uint8_t* data, std::size_t size) {
 }  // namespace credence::internal
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace credence;
   using namespace credence::internal;
   try {
     fuzz(CREDENCE_FUZZ_TARGET, data, size);

@@ -96,6 +96,7 @@ void allowed_to_fail(Read read) {
 }  // namespace credence::internal
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace credence;
   using namespace credence::internal;
   static const LogFormat& format = log_format_named(CREDENCE_FUZZ_FORMAT);
   static const std::filesystem::path file = memory_file("input");
