@@ -12,9 +12,7 @@
 #include "core/nan.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
-#include "datasets/logs/conventions/angle_units.h"
-#include "datasets/logs/conventions/innovation_repeats.h"
-#include "datasets/logs/conventions/step_conventions.h"
+#include "datasets/logs/conventions/log_conventions.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
@@ -324,9 +322,8 @@ Outcome outcome_named(const std::string& name) {
 void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*options*/, LogSink& judged) {
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
-  AngleUnits units(judged);
-  StepConventions conventions(units);
-  InnovationRepeats sink(conventions);
+  LogConventions conventions(judged);
+  LogSink& sink = conventions.sink();
   Step row;
   std::int64_t rows = 0, told = 0;
   bool open = false;
@@ -354,9 +351,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
     }
   }
   end_failed();
-  sink.finish();
   conventions.finish();
-  units.finish();
   sink.advance(reader.bytes_read() - told);
 }
 

@@ -15,9 +15,7 @@
 #include "core/utf8.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
-#include "datasets/logs/conventions/angle_units.h"
-#include "datasets/logs/conventions/innovation_repeats.h"
-#include "datasets/logs/conventions/step_conventions.h"
+#include "datasets/logs/conventions/log_conventions.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
@@ -516,9 +514,9 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
 /// Names the arrays that nobody reads, of which one may be misspelt.
 void tell_unread(const ArrayFile& file, const RunLayout& layout, LogSink& sink) {
   constexpr std::size_t kMost = 8;
-  const auto is_of_sensor = [&layout](std::string_view name) {
+  const auto lacks_its_sensor = [&layout](std::string_view name) {
     constexpr std::string_view kPrefixes[] = {"S_", "R_", "observation_"};
-    return std::ranges::none_of(kPrefixes, [&](std::string_view prefix) {
+    return std::ranges::any_of(kPrefixes, [&](std::string_view prefix) {
       return name.starts_with(prefix) && std::ranges::find(layout.sensors, name.substr(prefix.size()),
                                                            &Sensor::name) == layout.sensors.end();
     });
@@ -526,7 +524,7 @@ void tell_unread(const ArrayFile& file, const RunLayout& layout, LogSink& sink) 
   std::string unread;
   std::size_t count = 0;
   for (const ArrayShape& array : file.arrays()) {
-    if (array.name == kNamesOfStates || (is_log_array(array.name) && is_of_sensor(array.name))) continue;
+    if (array.name == kNamesOfStates || (is_log_array(array.name) && !lacks_its_sensor(array.name))) continue;
     if (++count <= kMost) append_item(unread, shown_field(array.name));
   }
   if (count == 0) return;
@@ -555,9 +553,8 @@ bool is_log_array(std::string_view name) {
 }
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
-  AngleUnits units(judged);
-  StepConventions conventions(units);
-  InnovationRepeats sink(conventions);
+  LogConventions conventions(judged);
+  LogSink& sink = conventions.sink();
   const ArrayRoles roles(file);
   const RunLayout layout = layout_of(file, roles);
   std::vector<PairReader> sensors;
@@ -604,9 +601,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
       sink.add(step);
     }
   }
-  sink.finish();
   conventions.finish();
-  units.finish();
 }
 
 LogContents list_arrays(const ArrayFile& file) {
