@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <functional>
@@ -11,6 +10,7 @@
 #include <stdexcept>
 
 #include "core/utf8.h"
+#include "datasets/logs/bytes/append_crc32.h"
 #include "datasets/logs/bytes/append_number.h"
 
 namespace credence::internal {
@@ -70,8 +70,7 @@ std::string member_head(const std::string& name, const std::string& content) {
   append_number(head, std::uint16_t{0});  // not packed
   append_number(head, std::uint16_t{0});
   append_number(head, kFirstDay);  // 1980-01-01: the same runs give the same bytes
-  append_number(head, static_cast<std::uint32_t>(
-                          crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size())));
+  append_crc32(head, content);
   append_number(head, static_cast<std::uint32_t>(content.size()));
   append_number(head, static_cast<std::uint32_t>(content.size()));
   append_number(head, static_cast<std::uint16_t>(name.size()));

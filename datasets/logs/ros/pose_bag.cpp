@@ -1,12 +1,11 @@
 #include "datasets/logs/ros/pose_bag.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
-
 #include <cmath>
 #include <cstdint>
 #include <string_view>
 
+#include "datasets/logs/bytes/append_crc32.h"
 #include "datasets/logs/bytes/append_number.h"
 #include "datasets/logs/ros/mcap.h"
 
@@ -47,11 +46,6 @@ std::string text(std::string_view text) {
   std::string bytes;
   append_number(bytes, static_cast<std::uint32_t>(text.size()));
   return bytes.append(text);
-}
-
-void append_checksum(std::string& to, std::string_view of) {
-  append_number(to,
-                static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(of.data()), of.size())));
 }
 
 void add_record(std::string& file, std::uint8_t opcode, std::string_view body) {
@@ -125,12 +119,12 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
     add_message(file, kTruth, number++, time_ns, truth);
   }
   std::string checksum;
-  append_checksum(checksum, file);
+  append_crc32(checksum, file);
   add_record(file, McapOpcode::kDataEnd, checksum);
   std::string footer;
   add_record(footer, McapOpcode::kFooter, std::string(20, '\0'));  // no summary
   footer.resize(footer.size() - 4);
-  append_checksum(footer, footer);
+  append_crc32(footer, footer);
   file += footer;
   return file.append(kMagic);
 }
