@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/laws/chi_square/chi_square_truncated.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/tuning/stretches.h"
 #include "core/nan.h"

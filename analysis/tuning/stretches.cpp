@@ -1,23 +1,15 @@
 #include "analysis/tuning/stretches.h"
 
 #include <cmath>
-#include <vector>
 
 #include "analysis/laws/mean/effective_sample.h"
 #include "core/nan.h"
 
 namespace credence::internal {
 
-double average_of(std::span<const double> values) {
-  double sum = 0.0;
-  for (const double x : values) sum += x;
-  return sum / static_cast<double>(values.size());
-}
-
 double correlation_time_of(std::span<const double> values) {
   if (values.empty()) return kNaN;
-  const EffectiveSample sample =
-      effective_sample(std::vector<std::span<const double>>{values}, average_of(values));
+  const EffectiveSample sample = effective_sample(values);
   return sample.reason.empty() ? sample.correlation_time : kNaN;
 }
 

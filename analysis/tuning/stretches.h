@@ -9,9 +9,6 @@ namespace credence::internal {
 /// than so many are taken of one series.
 inline constexpr std::int64_t kFewestStretches = 10, kMostStretches = 50;
 
-/// The mean of the values; NaN of none.
-double average_of(std::span<const double> values);
-
 /// Of the values about their mean (effective_sample.h); NaN where they do not vary.
 double correlation_time_of(std::span<const double> values);
 

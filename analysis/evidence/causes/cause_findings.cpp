@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
-#include <numeric>
 #include <span>
 
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/correlation/opposed_moments.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/shape/second_moments.h"
 
@@ -105,10 +105,6 @@ Moments nees_before_innovations(const Evidence& e) {
   return (*std::prev(first))[Quantity::nees];
 }
 
-double mean_of(std::span<const double> values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 void add_growth(const Evidence& e, Findings& f) {
   const auto& steps = e.study.steps;
   if (e.step_stride > 1) return;
@@ -124,7 +120,7 @@ void add_growth(const Evidence& e, Findings& f) {
       if (k + 1 == before) f.growth_before_innovations.add(without);
     }
     if (const std::span<const double> all = nees; all.size() >= 5)
-      f.growth.add(mean_of(all.subspan(all.size() / 2)) - mean_of(all.first(all.size() / 5)));
+      f.growth.add(average_of(all.subspan(all.size() / 2)) - average_of(all.first(all.size() / 5)));
     f.growth_without_innovations.add(without);
     f.growth_with_innovations.add(with);
   }

@@ -117,8 +117,7 @@ void judge_single_run(const Evidence& e, Judgement& j) {
       test_single_run(series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0});
   single.time_average = averages[0];
   // About its own mean, so that it is the same for any scale of P.
-  const double mean = Eigen::Map<const Vector>(series.values.data(), std::ssize(series.values)).mean();
-  single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
+  single.sample = effective_sample(series.values);
   single.sample.correlation_time *= series.rows_per_value;
   if (single.sample.reason.empty()) {
     single.sample.size =

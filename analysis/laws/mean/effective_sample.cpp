@@ -156,6 +156,16 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
   return result;
 }
 
+double average_of(std::span<const double> values) {
+  double sum = 0.0;
+  for (const double x : values) sum += x;
+  return sum / static_cast<double>(values.size());
+}
+
+EffectiveSample effective_sample(std::span<const double> series) {
+  return effective_sample(std::span(&series, 1), average_of(series));
+}
+
 double unbiased_size(double length, double correlation_time) {
   constexpr double kTooMany = 25.0;
   return std::max(1.0, length / correlation_time - kTooMany * (1.0 - 1.0 / correlation_time));

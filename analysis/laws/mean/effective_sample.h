@@ -63,6 +63,12 @@ struct EffectiveSample {
 /// biased. A series whose deviations are all zero, or none, gives a reason.
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean);
 
+/// The mean of the values; NaN of none.
+double average_of(std::span<const double> values);
+
+/// The same of one series about its own mean, so that it does not depend on the scale of the values.
+EffectiveSample effective_sample(std::span<const double> series);
+
 /// length / τ of a series about its own mean, without its bias: some ten too many as the mean is estimated
 /// from the same values (its square is missing in 2 W = 10 τ products), and some ten as the inverse of an
 /// estimate is too large. Measured: 17 to 28 of autoregressions worth 10 to 1000 values. At least 1.

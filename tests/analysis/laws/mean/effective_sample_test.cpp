@@ -140,6 +140,21 @@ TEST(EffectiveSample, CorrelationTimeOfSquaredAutoregression) {
   EXPECT_FALSE(effective_sample(std::vector<std::span<const double>>{constant}, 1.0).reason.empty());
 }
 
+// A scale of 2^k changes no bit of a ratio.
+TEST(EffectiveSample, AboutItsOwnMeanASeriesIsWorthTheSameAtAnyScale) {
+  EXPECT_EQ(average_of(std::vector<double>{1.0, 2.0, 6.0}), 3.0);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> series(500), larger;
+  double x = 0.0;
+  for (double& value : series) value = 1.0 + (x = 0.9 * x + normal(random));
+  for (const double value : series) larger.push_back(4.0 * value);
+  const EffectiveSample sample = effective_sample(series);
+  EXPECT_GT(sample.correlation_time, 5.0);
+  EXPECT_EQ(effective_sample(larger).correlation_time, sample.correlation_time);
+  EXPECT_EQ(effective_sample(larger).size, sample.size);
+}
+
 TEST(EffectiveSample, SingleRunIsCalibrated) {
   constexpr int kStudies = 2000;
   std::mt19937_64 generator(5);
