@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -158,19 +161,31 @@ class VerdictPower {
   std::optional<ComparedRuns> compared_;
 };
 
-// By doubling and halving from `least` on; more than kMostRuns where these do not do.
-double fewest_runs(double least, const auto& enough) {
+// Where between `below` and `above` the growing `excess` is no longer negative, from above, to `width`.
+double first_enough(double below, double above, double width, const auto& excess) {
+  const auto finite = [&](double x) {
+    const double value = excess(x);
+    if (value == 0.0) return std::numeric_limits<double>::min();  // enough, and perhaps not the first
+    return value >= -1.0 ? value : -1.0;
+  };
+  if (finite(below) > 0.0) return below;
+  std::uintmax_t evaluations = 200;
+  const auto near = [=](double a, double b) { return b - a <= width; };
+  return boost::math::tools::toms748_solve(finite, below, above, near, evaluations).second;
+}
+
+// From `least` on, `excess` of too few being negative; more than kMostRuns where these do not do.
+double fewest_runs(double least, const auto& excess) {
   double runs = least, too_few = least - 1.0;
-  while (!enough(runs)) {
+  while (!(excess(runs) >= 0.0)) {
     too_few = runs;
     runs *= 2.0;
     if (runs > kMostRuns) return runs;
   }
-  while (runs - too_few > 1.0) {
-    const double middle = std::floor(0.5 * (runs + too_few));
-    (enough(middle) ? runs : too_few) = middle;
-  }
-  return runs;
+  if (runs - too_few <= 1.0) return runs;
+  constexpr double kOfOneRun = 0.5;
+  return std::floor(
+      first_enough(too_few, runs, kOfOneRun, [&](double many) { return excess(std::floor(many)); }));
 }
 
 }  // namespace
@@ -184,7 +199,7 @@ RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double pow
   if (factor == 1.0)
     throw std::invalid_argument("factor = 1 is a consistent filter: there is nothing to detect");
   const double enough =
-      fewest_runs(1.0, [&](double runs) { return verdict_power(design, factor, runs) >= power; });
+      fewest_runs(1.0, [&](double runs) { return verdict_power(design, factor, runs) - power; });
   if (enough > kMostRuns) {
     throw std::invalid_argument(fmt::format("factor = {} is too near 1 to be detected", factor));
   }
@@ -195,18 +210,15 @@ DetectableFactors detectable_factors(const VerdictDesign& design, double runs, d
   require_fraction("power", power);
   const VerdictPower verdict(design, runs);
   const auto search = [&](double direction) {
-    double near = 0.0;
-    double far = 1e-6;
-    constexpr double kFarthest = 60.0;
-    while (far < kFarthest && verdict(std::exp(direction * far)) < power) {
+    double near = 0.0, far = 1e-6;
+    constexpr double kFarthest = 60.0, kPrecise = 1e-14;
+    const auto excess = [&](double distance) { return verdict(std::exp(direction * distance)) - power; };
+    while (far < kFarthest && excess(far) < 0.0) {
       near = far;
       far *= 2.0;
     }
-    for (int i = 0; i < 50; ++i) {
-      const double middle = 0.5 * (near + far);
-      (verdict(std::exp(direction * middle)) < power ? near : far) = middle;
-    }
-    return std::exp(direction * far);
+    if (far >= kFarthest) return std::exp(direction * far);
+    return std::exp(direction * first_enough(near, far, kPrecise * far, excess));
   };
   return {.below = search(-1.0), .above = search(1.0)};
 }
@@ -226,7 +238,7 @@ std::int64_t runs_for_precision(const VerdictDesign& design, double precision) {
     }
     return half_width_of(expected_moments(design, runs));
   };
-  const double runs = fewest_runs(2.0, [&](double many) { return half_width(many) <= precision; });
+  const double runs = fewest_runs(2.0, [&](double many) { return precision - half_width(many); });
   return static_cast<std::int64_t>(std::min(kMostRuns, runs));
 }
 
