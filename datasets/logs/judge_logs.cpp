@@ -15,6 +15,7 @@
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/reading_fit.h"
+#include "datasets/logs/read_ahead.h"
 #include "datasets/logs/run_fingerprints.h"
 #include "montecarlo/engine/engine.h"
 
@@ -116,7 +117,7 @@ class GroupSink final : public LogSink {
 };
 
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes,
-                 bool partial) {
+                 const LogJudgeOptions& options, bool ahead) {
   Group group;
   EvidenceRecorder sums;
   GroupSink sink(group, sums, bytes);
@@ -124,9 +125,13 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
     for (const std::filesystem::path& file : files) {
       sink.begin_file(file);
       try {
-        read(file, sink);
+        if (ahead) {
+          read_ahead(sink, options.stop, [&](LogSink& told) { read(file, told); });
+        } else {
+          read(file, sink);
+        }
       } catch (const DataError& error) {
-        if (!partial || sink.steps() == 0) throw;
+        if (!options.partial || sink.steps() == 0) throw;
         sink.remark(fmt::format("only a part could be read: {}", error.what()));
       }
       for (Evidence& chunk : sums.take_chunks()) group.chunks.push_back(std::move(chunk));
@@ -185,10 +190,11 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   std::int64_t unexplained = 0;  // files
   bool failed = false;
   const auto groups = static_cast<std::int64_t>((files.size() + kGroupFiles - 1) / kGroupFiles);
+  const bool ahead = groups < thread_count(options.threads);  // else all threads have a group
   for_each_task(groups, options.threads, options.stop, [&](std::int64_t i) {
     const std::size_t first = static_cast<std::size_t>(i) * kGroupFiles;
     Group group = read_group(files.subspan(first, std::min(kGroupFiles, files.size() - first)), read, bytes,
-                             options.partial);
+                             options, ahead);
     // Groups are begun in their order, so all before this one are being read or merged.
     std::unique_lock lock(mutex);
     turn.wait(lock, [&] { return merged == i || failed; });
