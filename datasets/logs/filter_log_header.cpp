@@ -30,24 +30,35 @@ std::invalid_argument error_beside(std::string_view state) {
       state));
 }
 
-/// Columns of the entries of a matrix by (row, column), from 1.
+/// Columns of the entries of a matrix by (row, column), as numbered.
 using Entries = std::map<std::pair<Index, Index>, Index>;
 
 /// What the columns of one sensor are.
 struct SensorColumns {
-  std::map<Index, Index> nu;      // by number, from 1
+  std::map<Index, Index> nu;      // by number
   std::set<Index> angles, nexts;  // numbers of those marked ":angle" and ":next"
   Entries S, R;
   Index nis = -1, nis_dim = 0;  // a column of NIS alone, and the dimension of its innovation
+
+  /// What the numbers of the innovation are counted from.
+  Index first() const { return nu.contains(0) ? 0 : 1; }
 };
 
 std::optional<Index> parse_index(std::string_view text) {
   Index value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size() || value < 1 || value > kLargestDimension) {
+  if (error != std::errc() || stop != text.data() + text.size() || value < 0 || value > kLargestDimension) {
     return std::nullopt;
   }
   return value;
+}
+
+/// What the numbers of a matrix are counted from: 0 where one of them is.
+Index first_number(const Entries& entries) {
+  const auto has_zero = [](const auto& entry) {
+    return std::min(entry.first.first, entry.first.second) == 0;
+  };
+  return std::ranges::any_of(entries, has_zero) ? 0 : 1;
 }
 
 /// Takes ".i" off the end of a name.
@@ -75,18 +86,19 @@ std::optional<std::string> sensor_name(std::string_view rest) {
 
 FilterLogHeader::Symmetric symmetric(const Entries& entries, Index n, const std::string& name) {
   FilterLogHeader::Symmetric result;
+  const Index first = first_number(entries), end = first + n;
   const auto column = [&](Index i, Index j) {
     const auto found = entries.find({i, j});
     return found == entries.end() ? Index{-1} : found->second;
   };
   for (const auto& [place, unused] : entries) {
-    if (place.first > n || place.second > n) {
+    if (place.first >= end || place.second >= end) {
       throw std::invalid_argument(fmt::format("column {}.{}.{} lies outside its {}×{} matrix", name,
                                               place.first, place.second, n, n));
     }
   }
-  for (Index i = 1; i <= n; ++i) {
-    for (Index j = i; j <= n; ++j) {
+  for (Index i = first; i < end; ++i) {
+    for (Index j = i; j < end; ++j) {
       Index upper = column(i, j), lower = i == j ? -1 : column(j, i);
       if (upper < 0) std::swap(upper, lower);
       if (upper < 0) {
@@ -111,6 +123,7 @@ class HeaderParser {
   }
 
   FilterLogHeader finish(Index columns) {
+    place_named_variances();
     require_known();
     FilterLogHeader& h = header_;
     h.columns = columns;
@@ -167,7 +180,7 @@ class HeaderParser {
     if (name.starts_with("truth.")) {
       return name.size() > 6 && insert(truth_, std::string(name.substr(6)), column);
     }
-    if (name.starts_with("P.")) return add_entry(P_, name.substr(1), column) == "";
+    if (name.starts_with("P.")) return add_variance(name.substr(1), column);
     if (name.starts_with("innovation.")) return add_innovation(name.substr(10), column);
     if (name.starts_with("S.")) return add_covariance(&SensorColumns::S, name.substr(1), column);
     if (name.starts_with("R.")) return add_covariance(&SensorColumns::R, name.substr(1), column);
@@ -212,6 +225,31 @@ class HeaderParser {
     return std::string(rest);
   }
 
+  /// An entry of P by numbers, or by the names of two states, which are known at the end.
+  bool add_variance(std::string_view rest, Index column) {
+    if (const std::optional<std::string> matrix = add_entry(P_, rest, column)) return matrix->empty();
+    named_P_.emplace_back(rest.substr(1), column);
+    return true;
+  }
+
+  void place_named_variances() {
+    const std::vector<std::string>& states = header_.layout.states;
+    const Index first = first_number(P_);
+    const auto number = [&](std::string_view name) {
+      return std::ranges::find(states, name) - states.begin() + first;
+    };
+    for (const auto& [name, column] : named_P_) {
+      bool found = false;
+      for (std::size_t dot = name.find('.'); dot != std::string::npos && !found;
+           dot = name.find('.', dot + 1)) {
+        const std::string row = name.substr(0, dot), other = name.substr(dot + 1);
+        found = states_.contains(row) && states_.contains(other);
+        if (found) insert(P_, std::pair(number(row), number(other)), column);
+      }
+      if (!found) unknown_.push_back(fmt::format("'P.{}'", shown_field(name)));
+    }
+  }
+
   SensorColumns* sensor(std::string_view rest) {
     const std::optional<std::string> name = sensor_name(rest);
     if (!name) return nullptr;
@@ -239,7 +277,7 @@ class HeaderParser {
 
   bool add_nis(std::string_view rest, Index column) {
     const std::optional<Index> dim = take_index(rest);
-    SensorColumns* const of = dim ? sensor(rest) : nullptr;
+    SensorColumns* const of = dim.value_or(0) > 0 ? sensor(rest) : nullptr;
     if (of == nullptr) return false;
     of->nis_dim = *dim;
     return set(of->nis, column);
@@ -263,7 +301,8 @@ class HeaderParser {
       sensor.dim = sensor.piece = columns.nis_dim;
       return;
     }
-    for (Index i = 1; i <= m; ++i) {
+    const Index first = columns.first();
+    for (Index i = first; i < first + m; ++i) {
       const auto found = columns.nu.find(i);
       if (found == columns.nu.end()) {
         throw std::invalid_argument(fmt::format("column innovation{}.{} is missing", suffix, i));
@@ -274,11 +313,13 @@ class HeaderParser {
     innovation.S = symmetric(columns.S, m, "S" + suffix);
     sensor.dim = m;
     // A mark at the first component is refused below.
-    sensor.piece = columns.nexts.empty() ? m : std::max<Index>(1, *columns.nexts.begin() - 1);
+    sensor.piece = columns.nexts.empty() ? m : std::max<Index>(1, *columns.nexts.begin() - first);
     add_marks(sensor, columns, suffix);
     if (!columns.R.empty()) {
+      const Index base = first_number(columns.R);
       for (const auto& [place, unused] : columns.R) {
-        innovation.noise_dim = std::max({innovation.noise_dim, place.first, place.second});
+        innovation.noise_dim =
+            std::max({innovation.noise_dim, place.first + 1 - base, place.second + 1 - base});
       }
       if (innovation.noise_dim != sensor.piece) innovation.noise_dim = m;
       innovation.R = symmetric(columns.R, innovation.noise_dim, "R" + suffix);
@@ -288,23 +329,24 @@ class HeaderParser {
 
   /// What repeats in the innovation of a sensor: observations that begin at the marks, and their angles.
   static void add_marks(Sensor& sensor, const SensorColumns& columns, const std::string& suffix) {
-    for (Index i = 1; i <= sensor.dim; ++i) {
-      const bool begins = i > 1 && (i - 1) % sensor.piece == 0;
-      if (columns.nexts.contains(i) != begins || sensor.dim % sensor.piece != 0) {
+    const Index first = columns.first();
+    for (Index i = 0; i < sensor.dim; ++i) {
+      const bool begins = i > 0 && i % sensor.piece == 0;
+      if (columns.nexts.contains(first + i) != begins || sensor.dim % sensor.piece != 0) {
         throw std::invalid_argument(
             fmt::format("columns innovation{}.i:next: {} components are not observations of one dimension "
                         "that begin at the marks",
                         suffix, sensor.dim));
       }
-      if (columns.angles.contains(i) != columns.angles.contains((i - 1) % sensor.piece + 1)) {
+      if (columns.angles.contains(first + i) != columns.angles.contains(first + i % sensor.piece)) {
         throw std::invalid_argument(
             fmt::format("column innovation{}.{}: an angle in one observation and "
                         "not in another of the same sensor",
-                        suffix, i));
+                        suffix, first + i));
       }
     }
     if (columns.angles.empty()) return;
-    for (Index i = 1; i <= sensor.piece; ++i) sensor.angles.push_back(columns.angles.contains(i));
+    for (Index i = 0; i < sensor.piece; ++i) sensor.angles.push_back(columns.angles.contains(first + i));
   }
 
   std::vector<std::string> unknown_;
@@ -312,6 +354,7 @@ class HeaderParser {
   std::set<std::string> states_;
   std::map<std::string, Index> truth_;
   Entries P_;
+  std::vector<std::pair<std::string, Index>> named_P_;
   std::map<std::string, SensorColumns> sensors_;
 };
 

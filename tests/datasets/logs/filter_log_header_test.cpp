@@ -57,6 +57,31 @@ TEST(FilterLogHeaderLine, a_matrix_may_be_either_triangle_or_both) {
   EXPECT_THAT(P("P.1.1,P.1.2,P.2.1,P.2.2").lower, ElementsAre(-1, 6, -1));
 }
 
+TEST(FilterLogHeaderLine, numbers_count_from_0_where_one_is_0) {
+  const FilterLogHeader h = parse_filter_log_header(
+      "error.x,error.y,P.0.0,P.0.1,P.1.1,innovation.0:angle,innovation.1:next:angle,S.0.0,S.0.1,S.1.1,R.0.0");
+  EXPECT_THAT(h.P.upper, ElementsAre(2, 3, 4));
+  EXPECT_THAT(h.innovations.at(0).nu, ElementsAre(5, 6));
+  EXPECT_THAT(h.innovations[0].S.upper, ElementsAre(7, 8, 9));
+  EXPECT_THAT(h.innovations[0].R.upper, ElementsAre(10));
+  EXPECT_EQ(h.innovations[0].noise_dim, 1);
+  EXPECT_THAT(h.layout.sensors.at(0).angles, ElementsAre(true));
+  EXPECT_EQ(h.layout.sensors[0].piece, 1);
+  expect_header_error("error.x,error.y,P.0.0,P.1.1", "column P.0.1 is missing");
+  expect_header_error("error.x,P.0.0,P.0.1,P.1.1", "column P.0.1 lies outside its 1×1 matrix");
+  expect_header_error("innovation.0,innovation.2,S.1.1", "column innovation.1 is missing");
+  expect_header_error("nis.0", "unknown column 'nis.0'");
+}
+
+TEST(FilterLogHeaderLine, entries_of_P_may_name_their_states) {
+  const FilterLogHeader h = parse_filter_log_header("P.b.y.x,error.x:angle,P.x.x,error.b.y,P.b.y.b.y");
+  EXPECT_THAT(h.P.upper, ElementsAre(2, 0, 4));
+  EXPECT_THAT(parse_filter_log_header("error.x,error.y,P.x.x,P.1.2,P.y.y").P.upper, ElementsAre(2, 3, 4));
+  EXPECT_THAT(parse_filter_log_header("error.x,error.y,P.0.0,P.x.y,P.1.1").P.upper, ElementsAre(2, 3, 4));
+  expect_header_error("error.x,P.x.z", "unknown column 'P.x.z'");
+  expect_header_error("error.x,P.x.x,P.1.1", "a column is there twice");
+}
+
 TEST(FilterLogHeaderLine, names_may_stand_in_quotes_between_blanks_behind_a_byte_order_mark) {
   const FilterLogHeader h =
       parse_filter_log_header("\xEF\xBB\xBF\"step\", \"estimate.x\"\t, truth.x ,\tP.1.1");
@@ -101,14 +126,12 @@ TEST(FilterLogHeaderLine, columns_that_cannot_be_meant_are_named) {
                            "truth.",
                            "P.1",
                            "P.a.b",
-                           "P.0.1",
                            "P.1.2001",
                            "P.1.1.1",
                            "P.x.1.1",
                            "innovation",
                            "innovation.",
                            "innovation.x",
-                           "innovation.0",
                            "innovation..1",
                            "innovationx.1",
                            "S.1",
