@@ -61,8 +61,8 @@ void add_completion_command(CLI::App& app) {
   static constexpr const char* kExamples[] = {
       "source <(credence completion bash)",
       "mkdir -p ~/.zsh/completions && credence completion zsh > ~/.zsh/completions/_credence",
-      "mkdir -p ~/.config/fish/completions && credence completion fish > "
-      "~/.config/fish/completions/credence.fish"};
+      ("mkdir -p ~/.config/fish/completions && credence completion fish > "
+       "~/.config/fish/completions/credence.fish")};
   command->footer(examples(kExamples));
   command->callback([shell, &app] {
     const std::vector<CommandShape> commands = command_shapes(app);

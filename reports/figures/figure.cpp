@@ -165,8 +165,9 @@ Series heat_series(FigureData x, FigureData y, Matrix cells) {
 }
 
 void arrange(Figure& figure) {
-  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
-  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
+  const int panels = std::max(1, static_cast<int>(figure.panels.size()));
+  figure.cols = panels == 4 ? 2 : std::min(panels, 3);
+  figure.rows = (panels + figure.cols - 1) / figure.cols;
 }
 
 void validate(const Figure& figure) {

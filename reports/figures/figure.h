@@ -130,7 +130,7 @@ struct Figure {
   double row_height = 0.0;  ///< of one row, in units of the label font's size; 0: chosen from the grid
 };
 
-/// As many rows as the panels take, three in each.
+/// As many rows as the panels take, three in each; of four panels two.
 void arrange(Figure& figure);
 
 /// Throws std::invalid_argument naming figure, panel and series when names, sizes or ranges do not fit.

@@ -326,16 +326,12 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace, std::sp
   const FigureData steps = step_places(times, trace.steps.size(), 0);
   const auto n = static_cast<std::size_t>(trace.steps.front().truth.size());
   const std::vector<std::size_t> states = shown_states(trace.layout, n, blocks);
-  const std::size_t columns = states.size() == 4 ? 2 : std::min<std::size_t>(states.size(), 3);
   const bool by_block = n > states.size() && states.back() != states.size() - 1;
   const std::string which =
       n == states.size() ? ""
       : by_block ? fmt::format(" of {} of {} states, those of inconsistent blocks first,", states.size(), n)
                  : fmt::format(" of the first {} of {} states", states.size(), n);
-  Figure figure{.name = name + "-run",
-                .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which),
-                .rows = static_cast<int>((states.size() + columns - 1) / columns),
-                .cols = static_cast<int>(columns)};
+  Figure figure{.name = name + "-run", .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which)};
   for (const std::size_t i : states) {
     const bool angle = i < trace.layout.angles.size() && trace.layout.angles[i];
     Panel panel{.title = trace.layout.states[i],
@@ -345,6 +341,7 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace, std::sp
               angle ? 1.0 / kRadiansPerDegree : 1.0);
     figure.panels.push_back(std::move(panel));
   }
+  arrange(figure);
   return figure;
 }
 
