@@ -136,11 +136,12 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
     names.emplace_back(replay_name(replay.result));
     judgement.maps.push_back(map_of(replay.result));
   }
-  std::vector<std::vector<double>> nis(replays.size());
-  const auto read = [&](const std::filesystem::path& name, LogSink& sink) {
-    const auto run = static_cast<std::size_t>(&name - names.data());
-    NisSink keeping(sink, nis[run]);
-    read_replay(replays[run].result, keeping);
+  std::vector<std::vector<double>> nis;
+  // One thread reads them in their order.
+  const auto read = [&](const std::filesystem::path& /*name*/, LogSink& sink) {
+    const ReplayResult& replay = replays[nis.size()].result;
+    NisSink keeping(sink, nis.emplace_back());
+    read_replay(replay, keeping);
   };
   LogJudgeResult read_logs = judge_logs(names, read, {.threads = 1});
   judgement.noise_scale = noise_scale(nis, 2.0, gate, confidence);
