@@ -115,33 +115,18 @@ HeldOutNees held_out(const UnitSums& units, double states, bool by_parts, double
   return result;
 }
 
-/// The ⌈0.95 (M + 1)⌉-th of M scores; NaN where there are too few.
-double conformal_quantile(std::vector<double> scores) {
-  constexpr double kShare = 0.95;
-  const auto rank = static_cast<std::size_t>(std::ceil(kShare * static_cast<double>(scores.size() + 1)));
-  if (rank > scores.size()) return kNaN;
-  std::ranges::nth_element(scores, scores.begin() + static_cast<std::ptrdiff_t>(rank - 1));
-  return scores[rank - 1];
-}
-
 ConformalFactor conformal_factor(std::span<const CalibrationRun> runs) {
   ConformalFactor result{.runs = std::ssize(runs)};
   std::vector<double> scores;
   scores.reserve(runs.size());
   for (const CalibrationRun& run : runs) scores.push_back(run.coverage_factor);
-  result.factor = conformal_quantile(scores);
-  std::vector<double> sorted = scores;
-  std::ranges::sort(sorted);
-  if (!sorted.empty())
-    result.least = sorted[static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(sorted.size()))) - 1];
-  constexpr std::size_t kFewestOthers = 19;
-  if (scores.size() <= kFewestOthers) return result;
-  for (std::size_t i = 0; i < scores.size(); ++i) {
-    std::vector<double> others = scores;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    ++result.held_out;
-    if (scores[i] <= conformal_quantile(std::move(others))) ++result.covered;
-  }
+  std::ranges::sort(scores);
+  const auto at_rank = [&](std::size_t of) {  // NaN where there are too few
+    const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(of)));
+    return rank > 0 && rank <= scores.size() ? scores[rank - 1] : kNaN;
+  };
+  result.factor = at_rank(scores.size() + 1);
+  result.least = at_rank(scores.size());
   return result;
 }
 

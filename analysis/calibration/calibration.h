@@ -45,13 +45,12 @@ struct HeldOutNees {
 
 /// The factor on P with which a further run, exchangeable with these, has 95 % of its rows within their 95 %
 /// ellipsoid, with probability at least 95 % (split conformal prediction over runs [Vovk 2005]): no law is
-/// assumed.
+/// assumed. Of M runs the ⌈0.95 (M + 1)⌉-th smallest of their own factors. (To leave runs out and count those
+/// that are covered would prove nothing: by ranks alone ⌈0.95 M⌉ of them are, whatever they hold.)
 struct ConformalFactor {
   double factor = kNaN;  ///< NaN with fewer than 19 runs
   double least = kNaN;   ///< that 95 % of the runs at hand need
   std::int64_t runs = 0;
-  /// Of the runs, each judged by the factor that the others give: covered ones. 0 of 0 below 20 runs.
-  std::int64_t held_out = 0, covered = 0;
 };
 
 /// Position errors against the protection level k √λ_max(P), P(χ²(d) > k²) = risk: a bound of the claimed

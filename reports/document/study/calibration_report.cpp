@@ -33,13 +33,10 @@ std::string conformal_sentence(const ConformalFactor& c) {
                             "are {}; those at hand need {}.",
                             c.runs, number_text(c.least, 3));
   }
-  std::string text = fmt::format(
+  return fmt::format(
       "Without assuming Gaussian errors: with P times {}, at least 95 % of further runs have at least 95 % "
       "of their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
       number_text(c.factor, 3), c.runs);
-  if (c.held_out > 0)
-    text += fmt::format(" Of runs left out one by one it covered {} of {}.", c.covered, c.held_out);
-  return text;
 }
 
 std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
@@ -308,11 +305,7 @@ Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<
           {"held_out_nees_over_dof",
            {{"with_factor", held_out_json(c.with_factor)},
             {"with_part_factors", c.parts.empty() ? Json(nullptr) : held_out_json(c.with_part_factors)}}},
-          {"conformal",
-           {{"factor", c.conformal.factor},
-            {"runs", c.conformal.runs},
-            {"held_out", c.conformal.held_out},
-            {"covered", c.conformal.covered}}},
+          {"conformal", {{"factor", c.conformal.factor}, {"runs", c.conformal.runs}}},
           {"protection_levels", std::move(protection)},
           {"by_sigma", std::move(bins)},
           {"by_distance", distance_json(c.distance)},

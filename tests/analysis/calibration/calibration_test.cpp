@@ -154,7 +154,6 @@ TEST(Calibration, TheConformalFactorCoversFurtherRuns) {
   for (std::uint64_t seed = 1; seed <= kSets; ++seed) {
     const Played played = play(seed, 41, 20, kRight, 0.5, 3.0);
     const Calibration c = judge_calibration(std::span(played.runs).first(40), played.parts, 0.95);
-    EXPECT_EQ(c.conformal.held_out, 40);
     covered += played.runs.back().coverage_factor <= c.conformal.factor ? 1 : 0;
   }
   EXPECT_GE(covered, 84);  // 95 less 5 standard errors of a binomial(100, 0.95)
