@@ -28,6 +28,7 @@ struct NormalisedVector : NormalisedSquare {
 struct NormalisedInnovation : NormalisedVector {
   Vector nu{};
   double noise_share = kNaN;  ///< tr(S⁻¹ R)/m, where R is known
+  bool complete = true;       ///< as Innovation::complete
 };
 
 /// A block's error with its covariance.

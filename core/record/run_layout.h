@@ -39,7 +39,7 @@ struct Sensor {
   /// Variances of a piece of the measurement that the filter assumes; empty: not known.
   std::vector<double> variances{};
   std::vector<bool> angles{};  ///< which components of a piece are angles (rad); empty: none
-  /// νᵀS⁻¹ν alone is known, neither ν nor S: steps hold nis_alone(), whose direction and sign say nothing.
+  /// νᵀS⁻¹ν alone is known, neither ν nor S: steps hold nis_alone().
   bool nis_alone = false;
 
   bool operator==(const Sensor&) const = default;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +17,7 @@ struct Innovation {
   Vector nu{};
   Matrix S{};
   Matrix R{};  ///< of the measurement, as the filter assumes it; empty: not known but for Sensor::variances
+  bool complete = true;  ///< of each observation in ν all components are there
 };
 
 /// One step of one run.
@@ -35,9 +36,15 @@ struct Step {
 
 namespace credence::internal {
 
-/// An innovation of which only νᵀS⁻¹ν is known (Sensor::nis_alone): it has this NIS and dimension.
-inline Innovation nis_alone(double nis, Index dim) {
-  return {Vector::Constant(dim, std::sqrt(nis / static_cast<double>(dim))), Matrix::Identity(dim, dim)};
+/// An innovation of which only νᵀS⁻¹ν is known (Sensor::nis_alone): ν is that number, and there is no S.
+inline Innovation nis_alone(double nis) { return {.nu = Vector::Constant(1, nis)}; }
+
+/// Whether the components `kept` of an innovation make up observations of `piece` components each.
+inline bool are_complete(std::span<const Index> kept, Index piece) {
+  for (Index k = 0; k < std::ssize(kept); ++k) {
+    if (kept[static_cast<std::size_t>(k)] % piece != k % piece) return false;
+  }
+  return std::ssize(kept) % piece == 0;
 }
 
 }  // namespace credence::internal

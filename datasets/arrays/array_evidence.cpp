@@ -29,8 +29,8 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
     for (std::int64_t row = 0; row < run.steps; ++row) {
       stop_point();
       reader.read(r, row, step);
-      recorder.add(step);
-      if (calibration != nullptr) calibration->add(step, kNaN, recorder.factored());
+      const bool taken = recorder.add(step);
+      if (taken && calibration != nullptr) calibration->add(step, kNaN, recorder.factored());
     }
     if (run.failure) recorder.end_run(run.failure->outcome, run.failure->step);
   }

@@ -102,6 +102,7 @@ void ArrayReader::read_innovation(std::size_t s, const InnovationRows& rows, Pla
   keep_finite(nu, sensor.dim, place);
   out.nu.resize(std::ssize(kept_));
   for (Index i = 0; i < out.nu.size(); ++i) out.nu[i] = nu[kept_[static_cast<std::size_t>(i)]];
+  out.complete = are_complete(kept_, sensor.piece);
   if (kept_.empty()) return;
   place.array = "S";
   read_covariance(rows.S.at(place.row), sensor.dim, place, out.S);

@@ -120,7 +120,10 @@ void FilterLogReader::check_order() {
   if (header_.time >= 0) {
     const double time = field(header_.time, "time");
     if (!run_began_ && !(time > time_)) {
-      lines_.fail(fmt::format("time {} does not increase: the row before has {}", time, time_));
+      lines_.fail(
+          fmt::format("time {} does not increase: the row before has {}; a run that begins anew is told "
+                      "by a column run, or has its own file",
+                      time, time_));
     }
     time_ = time;
   }
@@ -253,7 +256,7 @@ void FilterLogReader::read_innovations(Step& row) {
     const FilterLogHeader::Innovation& columns = header_.innovations[s];
     if (const Sensor& sensor = header_.layout.sensors[s]; sensor.nis_alone) {
       const double nis = fields_[static_cast<std::size_t>(columns.nu.front())];
-      row.innovations[s] = nis >= 0.0 ? nis_alone(nis, sensor.dim) : Innovation{};
+      row.innovations[s] = nis >= 0.0 ? nis_alone(nis) : Innovation{};
       if (nis < 0.0) row.problem = "a NIS is negative";
       continue;
     }
@@ -276,7 +279,9 @@ void FilterLogReader::read_innovations(Step& row) {
       lines_.fail(fmt::format("column {} is blank although its innovation is there",
                               names_[static_cast<std::size_t>(missing)]));
     }
-    take_assumed_noise(noise_[s], header_.layout.sensors[s].piece, kept, innovation.R);
+    const Index piece = header_.layout.sensors[s].piece;
+    innovation.complete = are_complete(kept, piece);
+    take_assumed_noise(noise_[s], piece, kept, innovation.R);
   }
 }
 

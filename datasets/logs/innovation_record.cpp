@@ -74,8 +74,8 @@ class InnovationSink final : public LogSink {
   static void add(const Innovation& innovation, const std::vector<bool>& angles, SensorRecord& record,
                   Index& dim) {
     const Eigen::LLT<Matrix> llt(innovation.S);
-    if ((dim > 0 && dim != innovation.nu.size()) || !innovation.nu.allFinite() || !innovation.S.allFinite() ||
-        llt.info() != Eigen::Success) {
+    if (!innovation.complete || (dim > 0 && dim != innovation.nu.size()) || !innovation.nu.allFinite() ||
+        !innovation.S.allFinite() || llt.info() != Eigen::Success) {
       ++record.left_out;
       return;
     }

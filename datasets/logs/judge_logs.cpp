@@ -44,16 +44,28 @@ class ByteCount {
   explicit ByteCount(const LogJudgeOptions& options) : options_(options) {}
 
   void advance(std::int64_t bytes) {
-    const std::int64_t now = bytes_ += bytes;
+    bytes_ += bytes;
     if (!options_.progress) return;
     const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (lock) options_.progress(now);
+    if (lock) options_.progress(bytes_);
   }
 
  private:
   const LogJudgeOptions& options_;
   std::atomic<std::int64_t> bytes_{0};
   std::mutex mutex_;
+};
+
+/// Tells those who wait once the scope is left, however.
+class NotifyingScope {
+ public:
+  explicit NotifyingScope(std::condition_variable& waited_for) : waited_for_(waited_for) {}
+  ~NotifyingScope() { waited_for_.notify_all(); }
+  NotifyingScope(const NotifyingScope&) = delete;
+  NotifyingScope& operator=(const NotifyingScope&) = delete;
+
+ private:
+  std::condition_variable& waited_for_;
 };
 
 /// Adds what comes to the sums of a group.
@@ -80,10 +92,10 @@ class GroupSink final : public LogSink {
   void add(const Step& step) override {
     stop_point();
     ++steps_;
-    sums_.add(step);
+    const double travelled_m = std::exchange(travelled_m_, kNaN), time_s = std::exchange(time_s_, kNaN);
+    if (sums_.add(step)) group_.calibration.add(step, travelled_m, sums_.factored());
     group_.fingerprints.add(step);
-    group_.calibration.add(step, std::exchange(travelled_m_, kNaN), sums_.factored());
-    group_.times.add(step.step, std::exchange(time_s_, kNaN));
+    group_.times.add(step.step, time_s);
   }
   void travelled(double distance_m) override { travelled_m_ = distance_m; }
   void at(double time_s) override { time_s_ = time_s; }
@@ -199,9 +211,9 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     std::unique_lock lock(mutex);
     turn.wait(lock, [&] { return merged == i || failed; });
     if (failed) return;
-    failed = group.error != nullptr;
-    turn.notify_all();
-    if (failed) std::rethrow_exception(group.error);
+    failed = true;  // unless it comes to its end
+    const NotifyingScope tell(turn);
+    if (group.error) std::rethrow_exception(group.error);
     for (Evidence& chunk : group.chunks) result.evidence.merge(std::move(chunk));
     std::ranges::move(group.remarks, std::back_inserter(result.remarks));
     std::ranges::move(group.poses, std::back_inserter(result.poses));
@@ -213,7 +225,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     unexplained += group.unexplained;
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;
-    turn.notify_all();
+    failed = false;
   });
   fingerprints.require_distinct();
   result.complete = merged == groups;

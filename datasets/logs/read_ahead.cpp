@@ -148,7 +148,7 @@ class BatchSink final : public LogSink {
   void advance(std::int64_t bytes) override { say(&LogSink::advance, bytes); }
 
   void finish() {
-    if (!batch_.empty()) batch_ = queue_.exchange(std::move(batch_));
+    if (!batch_.empty()) batch_ = queue_.exchange(std::exchange(batch_, {}));
   }
 
  private:
@@ -161,7 +161,7 @@ class BatchSink final : public LogSink {
     call([tell, value = std::move(value)](LogSink& sink) { (sink.*tell)(value); });
   }
   void send_if_full() {
-    if (batch_.full()) batch_ = queue_.exchange(std::move(batch_));
+    if (batch_.full()) batch_ = queue_.exchange(std::exchange(batch_, {}));
   }
 
   BatchQueue& queue_;

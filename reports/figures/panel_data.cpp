@@ -71,9 +71,8 @@ const char* mode_of(const Panel& panel) {
 class SharedColumns {
  public:
   std::size_t index_of(const FigureData& x, std::size_t every) {
-    const auto [place, is_new] = index_.try_emplace({std::vector<double>(x), every}, index_.size());
-    if (is_new && !text_.empty()) text_ += ',';
-    if (is_new) text_ += column(x, every);
+    const auto [place, is_new] = index_.try_emplace(column(x, every), index_.size());
+    if (is_new) append_item(text_, place->first, ",");
     return place->second;
   }
   std::string text() const { return "[" + text_ + "]"; }
@@ -90,7 +89,7 @@ class SharedColumns {
                        by * static_cast<double>(every), (x.size() - 1) / every + 1);
   }
 
-  std::map<std::pair<std::vector<double>, std::size_t>, std::size_t> index_;
+  std::map<std::string, std::size_t> index_;
   std::string text_;
 };
 

@@ -15,14 +15,14 @@
 namespace credence::internal {
 namespace {
 
+/// The larger one of the mean over all steps and of the worst step, which hardly moves it.
 double standardised_deviation(const ConsistencyVerdict& verdict) {
   const double dof_per_step = verdict.dof / static_cast<double>(verdict.steps_tested);
   const double overall = (verdict.mean / verdict.expected - 1.0) * std::sqrt(0.5 * dof_per_step);
   if (verdict.worst_step < 0) return overall;
-  // A deviation of single steps only hardly moves the mean over all of them.
   const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
   const double at_worst = (worst.mean / worst.expected - 1.0) * std::sqrt(0.5 * worst.total_dof);
-  return verdict.overall_p_value <= verdict.steps_p_value ? overall : at_worst;
+  return std::abs(overall) > std::abs(at_worst) ? overall : at_worst;
 }
 
 /// The standard error of the logarithm that an interval stands for; NaN where it has no such ends.

@@ -38,6 +38,7 @@ constexpr CauseRule kRules[] = {
     {find_noise_by_errors, true},
     {find_joint_inconsistency, true},
     {find_noise_by_growth, true},
+    {find_wrong_gain, true},
     {find_scale, true},
     {find_rejection_beside, false},
     {find_perhaps_gate, false},

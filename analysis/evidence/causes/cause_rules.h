@@ -119,6 +119,9 @@ Causes find_noise_by_errors(const Findings& findings);
 /// runs), which P0 never makes. Names Q where an R that is wrong by as much would show in NIS (R known, five
 /// standard errors), else either.
 Causes find_noise_by_growth(const Findings& findings);
+/// Whiteness that speaks, and no other rule has named anything. Names Q or R by the gain that the lags tell:
+/// a mean NIS that is right says that S is, and not that Q and R are.
+Causes find_wrong_gain(const Findings& findings);
 /// The noise beside a bias: of the innovations less their mean, whose mean square is wrong by 5 % and by five
 /// standard errors.
 Causes find_noise_beside_bias(const Findings& findings);

@@ -143,6 +143,22 @@ Causes find_noise_by_growth(const Findings& findings) {
   return {{high ? Cause::process_noise_too_small : Cause::process_noise_too_large, why}};
 }
 
+// Q and R that are both wrong can leave any mean NIS, and the innovations of a wrong gain are not white.
+Causes find_wrong_gain(const Findings& findings) {
+  if (!findings.not_white || !findings.whiteness || !(findings.whiteness->p_value <= cause_level(findings)))
+    return {};
+  const InnovationShape shape = innovation_shape(findings);
+  return {{Cause::process_or_measurement_noise,
+           fmt::format(
+               "innovations that are not white (lag-1 autocorrelation {:.2g}, p = {:.2g}) with a mean NIS "
+               "of {:.3g} of {:.3g}: the gain is {}; no factor on P or S alone mends that",
+               shape.lag_1, findings.whiteness->p_value, findings.nis.expected * (1.0 + shape.excess),
+               findings.nis.expected,
+               shape.gain > 0   ? "too small, Q over R should be larger"
+               : shape.gain < 0 ? "too large, Q over R should be smaller"
+                                : "wrong, or the noise is correlated in time")}};
+}
+
 Causes find_noise_beside_bias(const Findings& findings) {
   constexpr double kLeast = 0.05, kStandardErrors = 5.0;
   InnovationShape shape = innovation_shape(findings);

@@ -131,10 +131,12 @@ Causes find_coloured_noise(const Findings& findings) {
   if (!(findings.whiteness->p_value <= cause_level(findings))) return {};
   const InnovationShape shape = innovation_shape(findings);
   if (!is_coloured(lag_1, shape.excess, findings)) return {};
-  return {{Cause::coloured_noise,
-           fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
-                       "{:.3g} is expected",
-                       lag_1, findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)}};
+  return {
+      {Cause::coloured_noise,
+       fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
+                   "{:.3g} is expected; if the noise is white, Q and R are both wrong and the gain is too {}",
+                   lag_1, findings.nis.expected * (1.0 + shape.excess), findings.nis.expected,
+                   lag_1 > 0.0 ? "small" : "large")}};
 }
 
 }  // namespace credence::internal

@@ -108,7 +108,8 @@ void EvidenceRecorder::list_blocks() {
   averaged_.clear();
   if (!layout_.has_truth) return;
   for (const Block& block : layout_.blocks) {
-    block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
+    const BlockSums& sums = sums_.block(block);  // which may move all of them
+    block_at_.push_back(static_cast<std::size_t>(&sums - sums_.blocks.data()));
   }
   const Index all = std::ssize(layout_.states);
   if (const Index largest = largest_averaged(layout_); all <= largest) {
@@ -167,14 +168,18 @@ void EvidenceRecorder::count(std::int64_t step) {
   if (entry_ > 0) at_step(sums_.study.steps, entry_);  // a step that is rejected is one, too
 }
 
-void EvidenceRecorder::add(const Step& step, std::size_t i) {
+bool EvidenceRecorder::add(const Step& step, std::size_t i) {
   count(step.step);
   std::string_view problem = step.problem;
   StepPlaces& places = places_[i];
   if (!step.states.empty()) places.find(step.states, layout_);
   if (problem.empty()) problem = normaliser_.normalise(step, layout_, places, normalised_);
-  if (!problem.empty()) return reject(runs_[i], step, problem);
+  if (!problem.empty()) {
+    reject(runs_[i], step, problem);
+    return false;
+  }
   add(runs_[i], places, normalised_);
+  return true;
 }
 
 void EvidenceRecorder::add(const NormalisedStep& step, std::size_t i) {
@@ -357,10 +362,10 @@ void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const Normal
   SensorSums& sums = sums_.sensor(sensor);
   RunInnovations& run = open.innovations[i];
   run.pieces = run.pieces && !sensor.nis_alone && sensor.piece <= SensorSums::kLargestWhitened &&
-               value.dof % sensor.piece == 0 && value.nu.size() == value.dof &&
+               value.complete && value.dof % sensor.piece == 0 && value.nu.size() == value.dof &&
                (sensor.piece < sensor.dim || value.dof == sensor.dim);
   if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
-  for (Index j = 0; j < value.nu.size() && !sensor.angles.empty(); ++j) {
+  for (Index j = 0; j < value.nu.size() && !sensor.angles.empty() && value.complete; ++j) {
     const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
     if (angle && std::abs(value.nu[j]) > kHalfTurn) ++sums.unwrapped;
   }

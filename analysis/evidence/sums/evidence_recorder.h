@@ -35,8 +35,8 @@ class EvidenceRecorder {
   /// They belong to these many other runs that are played side by side, and end in their order: the sums are
   /// those of one run after the other, to the bit.
   void begin_runs(std::int64_t count);
-  /// The next step of the open run, or of the i-th of them.
-  void add(const Step& step, std::size_t i = 0);
+  /// The next step of the open run, or of the i-th of them. False where it is rejected.
+  bool add(const Step& step, std::size_t i = 0);
   void add(const NormalisedStep& step, std::size_t i = 0);
   /// Of the step last added, until the next one.
   FactoredState factored() const { return {normaliser_.factor_of_state(), &normalised_}; }

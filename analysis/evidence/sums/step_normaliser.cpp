@@ -249,11 +249,17 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     value.dof = -1;
     value.noise_share = kNaN;
     if (innovation.nu.size() == 0) continue;
+    if (layout.sensors[i].nis_alone) {
+      value.value = innovation.nu[0];
+      value.dof = layout.sensors[i].dim;
+      continue;
+    }
     Solved& solved = innovations_[i];
     solved.normalise_innovation(innovation.nu, innovation.S);
     if (!solved.problem.empty()) return "S of an innovation is not positive semidefinite";
     static_cast<NormalisedVector&>(value) = solved.of;
     value.nu = innovation.nu;
+    value.complete = innovation.complete;
     if (!solved.factorised) continue;
     const std::vector<double>& variances = layout.sensors[i].variances;
     if (innovation.R.size() > 0) {

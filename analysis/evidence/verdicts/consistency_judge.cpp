@@ -166,8 +166,8 @@ std::string reason_not_to_judge(const ConsistencyVerdict& result) {
   for (std::size_t k = 0; k < result.steps.size(); ++k) {
     const StepTest& step = result.steps[k];
     if (!has_data(step)) continue;
-    if (std::isnan(step.mean)) return fmt::format("the mean of step {} is not a number", k);
-    if (step.mean < 0.0) return fmt::format("the mean {} of step {} is negative", step.mean, k);
+    if (std::isnan(step.mean)) return fmt::format("the mean of step {} is not a number", k + 1);
+    if (step.mean < 0.0) return fmt::format("the mean {} of step {} is negative", step.mean, k + 1);
   }
   return {};
 }

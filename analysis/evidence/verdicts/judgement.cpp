@@ -326,6 +326,21 @@ void judge_fitted(TruthFit fit, Judgement& j) {
   j.word.joined.clear();
 }
 
+/// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
+/// gain that is not the best one, and then the P behind it may be anything.
+void leave_coloured_open(Judgement& j) {
+  if (j.word.verdict != Verdict::consistent) return;
+  const auto coloured = std::ranges::find_if(
+      j.sensors, [&](const SensorJudgement& s) { return speaks(j, of_sensor(kWhiteness, s)); });
+  if (coloured == j.sensors.end()) return;
+  j.word.verdict = Verdict::undecided;
+  j.nees.reason = fmt::format(
+      "the mean NIS is right, but the innovations{} are not white (p = {:.2g}): the gain is not the best "
+      "one, "
+      "so that P need not be right",
+      coloured->name.empty() ? "" : " of " + coloured->name, coloured->whiteness.p_value);
+}
+
 }  // namespace
 
 Judgement judge(const Evidence& e, const JudgementContext& context) {
@@ -366,6 +381,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   }
   if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
   j.tests = list_tests(e, j);
+  if (!e.has_truth) leave_coloured_open(j);
   if (!fitted) j.causes = find_causes(findings_of(e, j));
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;

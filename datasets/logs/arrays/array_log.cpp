@@ -587,14 +587,14 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
       for (std::size_t i = 0; i < sensors.size(); ++i) {
         Innovation& innovation = step.innovations[i];
         sensors[i].read(run, k, measured, innovation.nu, innovation.S, step.problem);
+        innovation.complete = are_complete(measured, layout.sensors[i].piece);
         if (!measured.empty()) {
           take_assumed_noise(noise[i].at(run, k), layout.sensors[i].piece, measured, innovation.R);
         }
       }
       for (std::size_t i = 0; i < nis.size(); ++i) {
         const double value = nis[i][k];
-        step.innovations[sensors.size() + i] =
-            value >= 0.0 ? nis_alone(value, static_cast<Index>(roles.nis()[i].dim)) : Innovation{};
+        step.innovations[sensors.size() + i] = value >= 0.0 ? nis_alone(value) : Innovation{};
         if (value < 0.0) step.problem = "a NIS is negative";
       }
       if (!time_s.empty()) sink.at(time_s[k]);

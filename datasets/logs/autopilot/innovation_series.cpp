@@ -52,8 +52,8 @@ std::size_t InnovationSeries::nis_sensor(const std::string& name) {
 
 InnovationSeries::Row InnovationSeries::add_nis(std::size_t sensor, double time_s, double nis) {
   if (!(nis > 0.0) || !std::isfinite(nis)) return Row::silent;  // 0: the sensor is not in use
-  const double root = std::sqrt(nis), one = 1.0;
-  return add(sensor, time_s, std::span(&root, 1), std::span(&one, 1));
+  const double unused = 1.0;
+  return add(sensor, time_s, std::span(&nis, 1), std::span(&unused, 1));
 }
 
 bool InnovationSeries::empty() const { return std::ranges::none_of(sensors_, &SensorSeries::in_use); }
@@ -87,6 +87,10 @@ void InnovationSeries::emit(LogSink& sink) const {
         continue;
       }
       const auto from = static_cast<std::size_t>(k * s.dim);
+      if (s.nis_alone) {
+        step.innovations[i] = nis_alone(s.nu[from]);
+        continue;
+      }
       step.innovations[i].nu = Eigen::Map<const Vector>(s.nu.data() + from, s.dim);
       step.innovations[i].S = Eigen::Map<const Vector>(s.variances.data() + from, s.dim).asDiagonal();
     }

@@ -78,8 +78,11 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
 }
 
 std::string change_text(const FactorChange& change) {
-  return fmt::format("more {} in {}: the factor on P is {} times what it was, {}",
-                     change.ratio.mean > 1.0 ? "optimistic" : "pessimistic",
+  const bool nearer = std::abs(std::log(change.after)) < std::abs(std::log(change.before));
+  return fmt::format("{} in {}: the factor on P is {} times what it was, {}",
+                     nearer                    ? "nearer to right"
+                     : change.ratio.mean > 1.0 ? "more optimistic"
+                                               : "more pessimistic",
                      change.part == "NEES" ? "the whole state" : change.part,
                      interval_text(change.ratio.mean, change.ratio.lower, change.ratio.upper),
                      p_value_statement(change.adjusted));
@@ -171,7 +174,7 @@ std::string markdown_summary(const CheckedLogs& logs) {
     text += gate_sentence(*logs.gate) + "\n\n";
   }
   bullets(advice_sentences(j));
-  bullets(calibration_sentences(logs.calibration));
+  bullets(logs.factor_sentences());
   bullets(logs.all_remarks());
   return text;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/append_item.h"
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/logs/log_json.h"
 #include "reports/document/logs/log_table.h"
@@ -107,6 +108,19 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
   return all;
 }
 
+std::vector<std::string> CheckedLogs::factor_sentences() const {
+  const LostRuns& lost = analysis.judgement.lost;
+  if (lost.runs.empty()) return calibration_sentences(calibration);
+  const bool named = units.units == "runs" && std::ssize(units.names) == analysis.evidence.study.runs;
+  std::string names;
+  for (const LostRun& run : lost.runs) {
+    if (named) append_item(names, units.names[static_cast<std::size_t>(run.run)]);
+  }
+  const std::string of = names.empty() ? "" : fmt::format(" ({})", names);
+  return {fmt::format("No factor on P is given: it would be that of the {} that left P behind{}.",
+                      lost.runs.size() == 1 ? "run" : "runs", of)};
+}
+
 LogAnalysis analyse_collected(Evidence evidence, CalibrationUnits& calibration,
                               const JudgementContext& context, bool explained) {
   if (evidence.law.errors_stand()) calibration.keep_whole_runs();
@@ -124,7 +138,8 @@ Document log_document(CheckedLogs given) {
   const CheckedLogs& logs = *shared;
   const LogAnalysis& a = logs.analysis;
   const std::string name = plain_name(logs.name, "logs");
-  Document document(logs.name, "Consistency of a filter from its logs");
+  Document document(logs.name, logs.files > 0 ? "Consistency of a filter from its logs"
+                                              : "Consistency of a filter from its runs");
   document.answer = {verdict_cell(a.judgement.word.verdict).tone, log_answer(logs)};
   document.json = [shared] { return log_json(*shared); };
   document.brief.emplace_back(log_table(logs));
@@ -144,7 +159,7 @@ Document log_document(CheckedLogs given) {
     document.section("What to do");
     document.bullets(std::move(advice));
   }
-  if (std::vector<std::string> mends = calibration_sentences(logs.calibration); !mends.empty()) {
+  if (std::vector<std::string> mends = logs.factor_sentences(); !mends.empty()) {
     document.section(is_inconsistent(a.judgement.word.verdict) ? "What would mend it" : "Factors on P");
     document.bullets(std::move(mends));
   }

@@ -47,6 +47,8 @@ struct CheckedLogs {
 
   /// `remarks`, and what their layout misses.
   std::vector<std::string> all_remarks() const;
+  /// What the factors on P are; of runs that alone are wrong none is, but whose they are.
+  std::vector<std::string> factor_sentences() const;
 };
 
 /// Judges what was collected of logs, before judge_calibration does. Where an error stays as it is over whole

@@ -9,7 +9,6 @@
 
 #include "analysis/evidence/sums/step_series.h"
 #include "reports/document/logs/log_gate.h"
-#include "reports/document/study/calibration_report.h"
 #include "reports/document/study/judgement_report.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/number_text.h"
@@ -224,7 +223,7 @@ ReportTable log_table(const CheckedLogs& logs) {
   };
   note(advice_sentences(a));
   if (logs.gate) note({gate_sentence(*logs.gate)});
-  note(calibration_sentences(logs.calibration));
+  note(logs.factor_sentences());
   note(log_statistics(a));
   note(
       {"consistent: no evidence against P. optimistic: errors are larger than P says; do not trust it. "

@@ -285,9 +285,9 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
     sentences.push_back(fmt::format("Scaling P by {} would make the mean NEES right{}.", factor_text(scale),
                                     left.empty() ? "" : " but leave " + left));
   }
-  if (is_inconsistent(b.nis.verdict) && b.scale_innovation.reason.empty()) {
-    std::string sentence =
-        fmt::format("Scaling S by {} would make the mean NIS right", factor_text(b.scale_innovation));
+  const ScaleAdvice& of_S = b.scale_innovation;
+  if (is_inconsistent(b.nis.verdict) && of_S.reason.empty() && (of_S.lower > 1.0 || of_S.upper < 1.0)) {
+    std::string sentence = fmt::format("Scaling S by {} would make the mean NIS right", factor_text(of_S));
     if (b.scale_measurement_noise.reason.empty()) {
       sentence += fmt::format("; so would scaling R alone by {}, to first order",
                               factor_text(b.scale_measurement_noise));

@@ -381,7 +381,7 @@ TEST_P(EveryFormat, FlightLogs) {
       step.step = k;
       step.innovations = {{nu, variance.asDiagonal()}};
       sums.add(step);
-      step.innovations = {nis_alone(nis, 1)};
+      step.innovations = {nis_alone(nis)};
       sums_alone.add(step);
     }
   }

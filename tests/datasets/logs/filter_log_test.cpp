@@ -126,16 +126,33 @@ TEST_F(FilterLog, NisAloneHasItsDimensionAndNoSign) {
   const std::string text = "step,nis.2,nis.baro.1\n1,8,\n2,0.5,4\n3,-1,1\n";
   const auto rows = read(text);
   ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows[0].innovations.at(0).nu, Vector::Constant(2, 2.0));
-  EXPECT_EQ(rows[0].innovations.at(0).S, Matrix::Identity(2, 2));
+  EXPECT_EQ(rows[0].innovations.at(0).nu, Vector::Constant(1, 8.0));
+  EXPECT_EQ(rows[0].innovations.at(0).S.size(), 0);
   EXPECT_EQ(rows[0].innovations.at(1).nu.size(), 0);
-  EXPECT_EQ(rows[1].innovations.at(1).nu, Vector::Constant(1, 2.0));
+  EXPECT_EQ(rows[1].innovations.at(1).nu, Vector::Constant(1, 4.0));
   EXPECT_EQ(rows[2].problem, "a NIS is negative");
   const FilterLogReader reader(write(text));
   EXPECT_TRUE(reader.layout().sensors.at(0).nis_alone);
   EXPECT_EQ(reader.layout().sensors.at(1).name, "baro");
   EXPECT_NE(error("nis.a.1,innovation.a.1,S.a.1.1\n1,1,1\n").find("name one of them"), std::string::npos);
   EXPECT_NE(error("nis\n1\n").find("unknown column 'nis'"), std::string::npos);
+}
+
+TEST_F(FilterLog, ObservationsThatLackComponentsAreMarked) {
+  const auto rows = read(
+      "innovation.1:angle,innovation.2,innovation.3:next:angle,innovation.4,S.1.1,S.1.2,S.1.3,S.1.4,S.2.2,S."
+      "2.3,S.2.4,"
+      "S.3.3,S.3.4,S.4.4\n"
+      "1,2,3,4,1,0,0,0,1,0,0,1,0,1\n"
+      "1,2,,,1,0,0,0,1,0,0,1,0,1\n"
+      ",,3,4,1,0,0,0,1,0,0,1,0,1\n"
+      ",,,,1,0,0,0,1,0,0,1,0,1\n"
+      ",5,3,,1,0,0,0,1,0,0,1,0,1\n"
+      "1,,,,1,0,0,0,1,0,0,1,0,1\n");
+  ASSERT_EQ(rows.size(), 6U);
+  for (const std::size_t whole : {0U, 1U, 2U, 3U})
+    EXPECT_TRUE(rows[whole].innovations.at(0).complete) << whole;
+  for (const std::size_t part : {4U, 5U}) EXPECT_FALSE(rows[part].innovations.at(0).complete) << part;
 }
 
 TEST_F(FilterLog, LeavesOutStatesThatAreBlankWithTheirVariances) {

@@ -37,6 +37,17 @@ TEST(PanelData, HoldsNamedCurvesAndSharesTheirAbscissae) {
   EXPECT_EQ(data["columns"][0], nlohmann::json({{"from", 1}, {"by", 1}, {"n", 5}}));
 }
 
+TEST(PanelData, AbscissaeWithGapsAreNotTakenForOthers) {
+  Panel panel;
+  panel.series = {line_series("a", ColourRole::first, {0, 1, 2}, {1, 2, 3}),
+                  line_series("b", ColourRole::second, {NAN, 1, 2}, {1, 2, 3})};
+  const auto data = data_of(panel);
+  ASSERT_EQ(data["columns"].size(), 2U);
+  EXPECT_EQ(data["columns"][0], nlohmann::json({0, 1, 2}));
+  EXPECT_EQ(data["columns"][1], nlohmann::json({nullptr, 1, 2}));
+  EXPECT_NE(data["series"][0]["x"], data["series"][1]["x"]);
+}
+
 TEST(PanelData, TwoLinesOfOneNameAreABand) {
   Panel panel;
   const FigureData x{0.0, 1.0, 4.0, 5.0};

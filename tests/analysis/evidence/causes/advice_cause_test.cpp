@@ -292,6 +292,19 @@ TEST(CauseRules, ColourIsBesideTheNisOfTheSensorThatHasIt) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
 }
 
+// With Q and R both wrong NIS may be of any size, and its mean right.
+TEST(CauseRules, AWrongGainIsToldByTheLagsWhereNothingElseIs) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.whiteness = correlated_by(0.09);
+  findings.not_white = true;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  EXPECT_NE(find_causes(findings)[0].why.find("too small, Q over R"), std::string::npos);
+  findings.whiteness = correlated_by(-0.09);
+  EXPECT_NE(find_causes(findings)[0].why.find("too large, Q over R"), std::string::npos);
+  findings.not_white = false;
+  EXPECT_EQ(causes_of(findings), CauseList{});
+}
+
 // A quarter of an excess of 0.3 is that of a mean of 0.27, a half, which is a bias, that of 0.39.
 TEST(CauseRules, ANoiseIsToldWithTheMeanThatItDoesNotMake) {
   const auto says_mean = [](double mean) {

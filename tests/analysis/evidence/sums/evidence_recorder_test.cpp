@@ -130,6 +130,46 @@ TEST(EvidenceRecorder, ASensorThatIsSlowerThanTheFilterHasSuccessiveInnovationsT
   EXPECT_NEAR(tenth.autocorrelation.at(0), 0.5, 0.15);  // five standard errors of 1,200 pairs
 }
 
+// A range of 5 m where the bearing was not measured is no angle beyond a half turn.
+TEST(EvidenceRecorder, AnglesAreLookedForInObservationsThatAreComplete) {
+  RunLayout layout{.sensors = {{.name = "s", .dim = 2, .piece = 2, .angles = {true, false}}}};
+  layout.has_truth = false;
+  const auto unwrapped = [&](const Vector& nu, bool complete) {
+    EvidenceRecorder recorder(layout);
+    recorder.begin_run();
+    Step step{.step = 1};
+    step.innovations = {{.nu = nu, .S = Matrix::Identity(nu.size(), nu.size()), .complete = complete}};
+    EXPECT_TRUE(recorder.add(step));
+    return recorder.take().sensors.at(0).unwrapped;
+  };
+  EXPECT_EQ(unwrapped(Vector::Constant(1, 5.0), false), 0);
+  EXPECT_EQ(unwrapped(Eigen::Vector2d(5.0, 5.0), true), 1);
+}
+
+TEST(EvidenceRecorder, NisAloneIsTakenAsItIs) {
+  RunLayout layout{.sensors = {{.name = "s", .dim = 2000, .piece = 2000, .nis_alone = true}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  recorder.begin_run();
+  for (std::int64_t k = 1; k <= 3; ++k) {
+    Step step{.step = k};
+    step.innovations = {nis_alone(2000.1 * static_cast<double>(k))};
+    recorder.add(step);
+  }
+  const Evidence e = recorder.take();
+  EXPECT_EQ(e.sensors.at(0).by_dimension.at(2000).value.count, 3);
+  EXPECT_EQ(e.sensors[0].largest_nis, 2000.1 * 3.0);
+}
+
+TEST(EvidenceRecorder, ARowThatIsRejectedIsToldSo) {
+  EvidenceRecorder recorder(one_state());
+  recorder.begin_run();
+  Step step{.step = 1, .states = {0}, .error = Vector::Constant(1, 0.5), .P = Matrix::Constant(1, 1, -1.0)};
+  EXPECT_FALSE(recorder.add(step));
+  step.P(0, 0) = 1.0;
+  EXPECT_TRUE(recorder.add(step));
+}
+
 TEST(EvidenceRecorder, TheFirstInnovationOfEachRunIsKept) {
   RunLayout layout{.sensors = {{.name = "s", .dim = 1, .piece = 1}}};
   layout.has_truth = false;

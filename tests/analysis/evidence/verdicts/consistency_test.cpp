@@ -121,7 +121,7 @@ TEST(Consistency, DegenerateDataGiveANamedOutcome) {
   const std::vector<Moments> with_nan{moments(10, 2.0), moments(10, kNaN)};
   const ConsistencyVerdict nan = judge_nees(with_nan, dofs, 0.95);
   EXPECT_EQ(nan.verdict, Verdict::undecided);
-  EXPECT_NE(nan.reason.find("step 1"), std::string::npos);
+  EXPECT_NE(nan.reason.find("step 2"), std::string::npos);
 
   const std::vector<Moments> negative{moments(10, -0.5), moments(10, 2.0)};
   EXPECT_EQ(judge_nees(negative, dofs, 0.95).verdict, Verdict::undecided);

@@ -682,7 +682,7 @@ Judgement judge_nis_alone(double correlation, double factor) {
     u = correlation * u + std::sqrt(1.0 - correlation * correlation) * fresh;
     Step row;
     row.step = k;
-    row.innovations = {nis_alone(factor * u.squaredNorm(), 2)};
+    row.innovations = {nis_alone(factor * u.squaredNorm())};
     sums.add(row);
   }
   return judge(sums.take());
@@ -707,6 +707,9 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
   EXPECT_LT(coloured.sensors.at(0).whiteness.p_value, 1e-6);
   EXPECT_NEAR(coloured.sensors.at(0).whiteness.autocorrelation.at(0), 0.64, 0.15);
   for (const CauseFound& cause : coloured.causes) EXPECT_NE(cause.cause, Cause::coloured_noise);
+  EXPECT_EQ(coloured.word.verdict, Verdict::undecided);
+  EXPECT_NE(coloured.nees.reason.find("innovations of gps are not white"), std::string::npos)
+      << coloured.nees.reason;
 }
 
 TEST(Judgement, ATestThatWasMadeSaysNumbers) {
