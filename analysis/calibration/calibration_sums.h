@@ -68,9 +68,9 @@ struct FactoredState {
   const NormalisedStep* normalised = nullptr;
 };
 
-/// Adds up the rows of runs. Looked at are states of up to twelve dimensions whose covariance is known as a
-/// whole, complete in a row; where runs have other states than others, those of the first run with most. Rows
-/// with a P that is not positive definite are left to EvidenceRecorder.
+/// Adds up the rows of runs that are complete, of up to twelve states with a joint covariance; where runs
+/// differ in their states, those of the first run with most of them count. Rows with a P that is not positive
+/// definite are left to EvidenceRecorder.
 class CalibrationRecorder {
  public:
   static constexpr Index kLargest = 12;

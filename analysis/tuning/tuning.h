@@ -17,8 +17,8 @@ struct TunedParameter {
   std::string name;
   double before = 0.0;
   double value = kNaN;  ///< NaN where not identifiable
-  /// At `confidence`; where not identifiable the limits of the likelihood ratio, 0, ∞ or NaN where there are
-  /// none.
+  /// Interval at `confidence`; where not identifiable the limits of the likelihood ratio: 0, ∞, or NaN where
+  /// there are none.
   double lower = kNaN, upper = kNaN;
   double bootstrap_lower = kNaN, bootstrap_upper = kNaN;  ///< the same by resampling units, as a check
   bool identifiable = false;

@@ -34,8 +34,8 @@ class FilterLogReader {
   /// True if the row last read begins another run.
   bool run_began() const { return run_began_; }
 
-  /// A line "# failed: OUTCOME at step N" that the row last read, or the end, came after: how the run before
-  /// it ended.
+  /// A line "# failed: OUTCOME at step N" just before the row last read, or the end: how the run before it
+  /// ended.
   struct Failure {
     std::string outcome;  ///< "diverged" or "not_positive_definite"
     std::int64_t step = 0;

@@ -40,8 +40,8 @@ struct LogJudgeResult {
   std::int64_t files = 0;
   std::int64_t unmatched_rows = 0;      ///< estimates without a truth at their time
   TruthFit truth_fit = TruthFit::none;  ///< the worst of all files
-  /// In the order of the files. Of hints the first, where more files have one than chance explains, and than
-  /// misfit without one.
+  /// In the order of the files. Of hints the first alone, and only where more files have one than chance
+  /// explains and than misfit without one.
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses{};  ///< of the files that hold some, in their order
   CalibrationUnits calibration{};

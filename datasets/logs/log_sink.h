@@ -29,8 +29,7 @@ class LogSink {
 
   /// A sentence for the report: what was left out, taken for something, or cannot be known.
   virtual void remark(std::string sentence) = 0;
-  /// The same, of what may be a mistake of the file's author: said of at most one in a hundred of the files
-  /// that have none.
+  /// The same, of what may be a mistake of the file's author: said of at most 1 % of the files without one.
   virtual void hint(std::string sentence) { remark(std::move(sentence)); }
   /// The file does not fit its covariance, and no mistake that is looked for explains it.
   virtual void unexplained() {}

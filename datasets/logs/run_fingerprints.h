@@ -40,10 +40,10 @@ class RunFingerprints {
     std::int64_t number = 0;   ///< in its file, from 1
     std::int64_t longest = 0;  ///< rows of its longest beginning; 0: there is none
   };
-  /// −log2 of the chance that an independent run has the same rows of numbers, so far: numbers that are
-  /// worth log2(1/p) bits each, p the share of pairs of them that are equal (one pair more, as none may be),
-  /// less those by which an order of each row differs. A number counts that is neither zero nor what it was
-  /// in the row before. Levels of ±1 are worth 1 bit, 16 numbers that all differ 110.
+  /// Bits by which the rows so far identify their run, −log2 of the chance that an independent one has them:
+  /// log2(1/p) for each number that is neither zero nor what it was in the row before, p the share of equal
+  /// pairs among them (one pair more, as there may be none), less log2 of the number of orders of each row.
+  /// Levels of ±1 are worth 1 bit, 16 numbers that all differ 110.
   ///
   /// An error that goes up and down by one level has a bit a row, and is taken for one of all the levels it
   /// has been on, which kEnough allows for.

@@ -29,7 +29,7 @@ struct StudyTask {
   const Experiment* experiment = nullptr;
   std::int64_t runs = 0;     ///< at most
   StudyWatch enough = {};    ///< may end it before
-  double max_seconds = 0.0;  ///< > 0: no chunk is begun later than that after the first of this call
+  double max_seconds = 0.0;  ///< > 0: no chunk is begun later than this after the first one
   std::int64_t steps = 0;    ///< of a run, for the progress within a chunk; 0: not told
   /// Plays a chunk in the place of the experiment, with the same bits; empty: nobody does. Thread-safe.
   std::function<StudyStatistics(std::int64_t first_run, std::int64_t runs)> play{};
@@ -37,7 +37,7 @@ struct StudyTask {
   /// Thread-safe.
   std::function<std::vector<std::byte>(std::int64_t first_run, std::int64_t runs)> companion{};
   std::function<void(std::int64_t first_run, std::int64_t runs, std::span<const std::byte>)> found{};
-  /// Among ranks: `play` sees more in the first so many runs than their statistics, and they stay on rank 0.
+  /// With ranks, so many first runs stay on rank 0, as `play` keeps more of them than their statistics.
   std::int64_t kept_runs = 0;
 };
 

@@ -32,11 +32,11 @@ struct TraceStep : Step {
 /// Takes the steps of a run in order, from the start (0) on; the reference is good only during the call.
 using StepVisitor = std::function<void(const TraceStep&)>;
 
-/// Takes the steps of several runs: of each run in their order, of different runs in any.
+/// Takes the steps of several runs, in order within a run; runs may interleave.
 using RunsVisitor = std::function<void(std::int64_t run, const TraceStep&)>;
 
-/// Takes the steps of a chunk, from the first (1) on and as long as they go well: of each run in their order,
-/// of different runs in any.
+/// Takes the steps of a chunk, from the first (1) on and as long as they go well, in order within a run; runs
+/// may interleave.
 class ChunkObserver {
  public:
   virtual ~ChunkObserver() = default;
@@ -69,7 +69,7 @@ class Experiment {
   /// What the steps of its runs have in common.
   const RunLayout& layout() const { return layout_; }
 
-  /// Tells which variances of one landmark's measurement the filter assumes, which it need not say itself.
+  /// Sets the variances of one landmark's measurement that the filter assumes, for filters that do not say.
   void assume_measurement_variances(std::vector<double> variances) {
     layout_.sensors.front().variances = std::move(variances);
   }

@@ -33,7 +33,7 @@ struct BlockAccuracy {
 /// (NaN).
 MeanInterval efficiency(double bound, MeanInterval squared);
 
-/// Of each block but poses, whose units differ, and single landmarks; averaged over the steps.
+/// One entry for each block, except poses (their units differ) and single landmarks; averaged over the steps.
 std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confidence);
 
 /// Adds the bound. A map, whose landmarks come one by one, is compared at the last step, by the moments there

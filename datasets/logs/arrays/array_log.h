@@ -13,8 +13,8 @@
 /// steps, m) with `S` (runs, steps, m, m), or `innovation_NAME` with `S_NAME` for each of several sensors;
 /// `nis_DIM` or `nis_NAME_DIM` (runs, steps) where of innovations of DIM components NIS alone is known.
 /// One run may do without the first dimension, and scalars without those of the components: (runs, steps)
-/// with (runs, steps). NaN is silence: of a component of an error, a state that is
-/// not there; of one of an innovation, a dimension that was not measured.
+/// with (runs, steps). NaN marks what is missing: in an error a state that is not estimated, in an innovation
+/// a component that was not measured.
 
 namespace credence::internal {
 

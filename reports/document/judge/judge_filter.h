@@ -24,9 +24,9 @@ struct JudgeOptions {
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each processor; the bits do not depend on it
   double confidence =
-      0.95;         ///< a consistent filter is called anything else with probability 1 − this at most
-  double dt = 0.0;  ///< time of a step, s, to tell it of steps; 0: that of a world with dt(), else not known
-  bool inflated = false;   ///< the filter inflates its covariance on purpose
+      0.95;               ///< a consistent filter is called anything else with probability 1 − this at most
+  double dt = 0.0;        ///< length of a step [s], for times in reports; 0: world.dt() if there is one
+  bool inflated = false;  ///< the filter inflates its covariance on purpose
   bool check_plug = true;  ///< play a few runs first, and throw where something is wrong with them
   /// What makes the noise of the world other than a filter believes.
   NoiseShape process_noise{}, measurement_noise{};
