@@ -19,7 +19,7 @@ struct NormalisedSquare {
   Index dof = -1;  ///< −1: there was none
 };
 
-/// Of a whole state or an innovation: e whitened as u = L⁻¹ e, C = L Lᵀ.
+/// Whitened as u = L⁻¹ e, C = L Lᵀ.
 struct NormalisedVector : NormalisedSquare {
   Vector whitened{};  ///< `dof` numbers
 };
@@ -52,19 +52,14 @@ Index landmark_in_turn(std::int64_t step, Index count, Known known) {
   return -1;
 }
 
-/// Of so many runs every step is whitened: their errors are looked at in time.
-inline constexpr std::int64_t kFewRuns = 19;
-
 /// Whether NEES of n numbers is checked by a factor of P at this step of a run, whoever plays it: up to
 /// twelve numbers always, else at the powers of two, at every sixteenth step and at the last.
 constexpr bool is_checked(Index n, std::int64_t step, std::int64_t last) {
   return n <= 12 || step % 16 == 0 || step == last || std::has_single_bit(static_cast<std::uint64_t>(step));
 }
 
-/// Whether they are whitened, in one of `runs` that are played together: of few runs always.
-constexpr bool is_whitened(Index n, std::int64_t runs, std::int64_t step, std::int64_t last) {
-  return runs <= kFewRuns || is_checked(n, step, last);
-}
+/// The largest state whose covariance a step tells.
+inline constexpr Index kLargestTold = 60;
 
 /// One step of one run.
 struct NormalisedStep {
@@ -73,13 +68,13 @@ struct NormalisedStep {
   Vector error{}, variance{};   ///< of these states
   Vector estimate{};            ///< x̂ of these states, in coordinates; empty: not known
   MovingPart moving{};          ///< of a map in the plane the pose and one landmark
-  /// The state; its dof is the sum over blocks without a joint covariance. It need not be whitened at other
-  /// steps than those of is_whitened.
-  NormalisedVector whole{};
-  double log_determinant = kNaN;                    ///< of P of full rank
-  std::vector<NormalisedSquare> blocks{};           ///< of the layout
-  Vector first_whitened{};                          ///< of the layout's first block
-  BlockError first{}, position{};                   ///< of the first block, and of that of the position
+  /// Of these states, its lower triangle; empty where it is not known or of more than kLargestTold states,
+  /// and perhaps at other steps than those of is_checked.
+  Matrix P{};
+  NormalisedSquare whole{};                ///< its dof is the sum over blocks without a joint covariance
+  double log_determinant = kNaN;           ///< of P of full rank
+  std::vector<NormalisedSquare> blocks{};  ///< of the layout
+  BlockError lead{}, position{};           ///< of the block that leads, and of that of the position
   std::vector<NormalisedInnovation> innovations{};  ///< one for each sensor
 };
 

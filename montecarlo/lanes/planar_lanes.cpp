@@ -354,19 +354,24 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
   told.estimate.resize(n);
   told.error.resize(n);
   told.variance.resize(n);
-  told.whole.whitened.resize(factored_ ? n : 0);
-  const Lanes* whitened = &L_[at(padded_)];  // every padded_ + kMostBelow
   for (Index place = 0, i = 0; place < states_; ++place) {
     if (place > 2 && !has(known_[at((place - 3) / 2)], lane)) continue;
     told.states[at(i)] = place;
     told.estimate[i] = x_[at(place)][lane];
     told.error[i] = error_[at(place)][lane];
     told.variance[i] = covariance_at(place, place)[lane];
-    if (factored_) told.whole.whitened[i] = whitened[place * (padded_ + kMostBelow)][lane];
     ++i;
   }
-  told.whole.value = s.nees;
-  told.whole.dof = n;
+  if (factored_ && n <= kLargestTold) {
+    told.P.resize(n, n);
+    for (Index j = 0; j < n; ++j) {
+      for (Index i = j; i < n; ++i)
+        told.P(i, j) = covariance_at(told.states[at(i)], told.states[at(j)])[lane];
+    }
+  } else {
+    told.P.resize(0, 0);
+  }
+  told.whole = {s.nees, n};
   const Index pivots = kLanes * (padded_ + kMostBelow + 1);
   told.log_determinant = followed ? nees_along_run_.log_determinant(lane)
                                   : -2.0 * log_of_product(&L_[0].of[lane], padded_, pivots);
@@ -381,16 +386,16 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
 void PlanarLanes::normalise_blocks(int lane, NormalisedStep& told) const {
   const PlanarStep& s = step(lane);
   const bool followed = nees_along_run_.has_value(lane);
-  const Eigen::Vector3d u =
-      followed ? nees_along_run_.vehicle_whitened(lane) : Eigen::Vector3d(told.whole.whitened.head<3>());
-  told.first_whitened = u;
-  told.first.error = told.error.head<3>();
-  told.first.P.resize(3, 3);
+  const auto whitened = [&](Index i) { return L_[at(padded_ + i * (padded_ + kMostBelow))][lane]; };
+  const Eigen::Vector3d u = followed ? nees_along_run_.vehicle_whitened(lane)
+                                     : Eigen::Vector3d(whitened(0), whitened(1), whitened(2));
+  told.lead.error = told.error.head<3>();
+  told.lead.P.resize(3, 3);
   for (Index i = 0; i < 3; ++i) {
-    for (Index j = 0; j < 3; ++j) told.first.P(i, j) = covariance_at(i, j)[lane];
+    for (Index j = 0; j < 3; ++j) told.lead.P(i, j) = covariance_at(i, j)[lane];
   }
   told.position.error = told.error.head<2>();
-  told.position.P = told.first.P.topLeftCorner<2, 2>();
+  told.position.P = told.lead.P.topLeftCorner<2, 2>();
   told.blocks.clear();
   told.blocks.push_back({s.vehicle_nees, 3});
   told.blocks.push_back({u[0] * u[0] + u[1] * u[1], 2});

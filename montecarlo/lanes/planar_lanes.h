@@ -43,10 +43,9 @@ class PlanarLanes {
   /// What each lane sees. A lane whose S is not positive definite keeps its state: UpdateResult::ok is false.
   void update(const std::array<Observations, kLanes>& seen);
 
-  /// Whether P = L Lᵀ is factored: where a lane that counts has no NEES along its run (PlanarNeesLanes), for
-  /// L⁻¹ e of the whole state, or for that and to check those NEES. Which steps are checked must depend on
-  /// the run alone.
-  enum class Factor { if_needed, whiten, check };
+  /// Whether P = L Lᵀ is factored: where a lane that counts has no NEES along its run (PlanarNeesLanes), or
+  /// to check those NEES. Which steps are checked must depend on the run alone.
+  enum class Factor { if_needed, check };
 
   /// Errors and statistics of all lanes after the update, given the true poses; on request also what
   /// `normalised` tells.

@@ -492,3 +492,52 @@ def test_with_dt_the_time_of_steps_is_told():
     assert says.replace(" (t = 10.5 s)", "") == credence.check(error, P, nu, S).says
     with pytest.raises(ValueError, match="dt = -1"):
         credence.check(error, P, nu, S, dt=-1)
+
+
+def numbers(told, key=""):
+    """All p-values of a document, by what is tested."""
+    if isinstance(told, dict):
+        name = f"{key}/{told['name']}" if isinstance(told.get("name"), str) else key
+        for k, value in told.items():
+            yield from numbers(value, f"{name}/{k}")
+    elif isinstance(told, list):
+        for value in told:
+            yield from numbers(value, key)
+    elif isinstance(told, float) and ("p_value" in key or "adjusted" in key):
+        yield key, told
+
+
+# One direction is too large by 1.5: each order of the states has its own Cholesky factor, and had its own word.
+@pytest.mark.parametrize("names", [("a", "b", "c", "d"), ("p.a", "v.b", "p.c", "v.d")])
+def test_neither_order_nor_units_of_the_states_change_what_is_said(tmp_path, names):
+    random = np.random.default_rng(5)
+    runs, steps, n = 25, 20, 4
+    error, P = np.empty((runs, steps, n)), np.empty((runs, steps, n, n))
+    for r in range(runs):
+        A = random.normal(size=(n, n))
+        P[r] = A @ A.T + 0.3 * np.eye(n)
+        for k in range(steps):
+            G = np.diag(1.0 + 0.5 * random.random(n))
+            P[r, k] = G @ P[r, k] @ G
+            values, vectors = np.linalg.eigh(P[r, k])
+            u = random.normal(size=n) * np.array([1.0, 1.0, 1.0, np.sqrt(1.5)])
+            error[r, k] = vectors @ (np.sqrt(values) * u)
+    P = (P + P.swapaxes(2, 3)) / 2
+    nu, S = random.normal(size=(runs, steps, 1)), np.ones((runs, steps, 1, 1))
+
+    def said(order, unit):
+        unit, path = np.asarray(unit)[order], tmp_path / "log.csv"
+        write_log(path, error[..., order] * unit, P[:, :, order][..., order] * np.outer(unit, unit), nu, S,
+                  [names[i] for i in order])
+        return checked(path)
+
+    right = said([0, 1, 2, 3], [1, 1, 1, 1])
+    expected = sorted(value for key, value in numbers(right) if "/calibration" not in key)
+    assert len(expected) > 20
+    for order, unit in [([3, 1, 0, 2], [1, 1, 1, 1]), ([2, 3, 1, 0], [1, 1, 1, 1]), ([1, 0, 3, 2], [1, 1, 1, 1]),
+                        ([0, 1, 2, 3], [0.25, 1024, 1, 8]), ([2, 0, 3, 1], [1e3, 1, 1e3, 1])]:
+        other = said(order, unit)
+        assert other["verdict"] == right["verdict"]
+        assert other["causes"] == right["causes"]
+        values = sorted(value for key, value in numbers(other) if "/calibration" not in key)
+        assert values == pytest.approx(expected, rel=1e-9), order

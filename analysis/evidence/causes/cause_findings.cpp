@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
+#include <numeric>
 #include <span>
 
 #include "analysis/evidence/verdicts/judgement_tests.h"
@@ -126,30 +127,20 @@ void add_growth(const Evidence& e, Findings& f) {
   }
 }
 
-/// Of each state of the layout, how many of those before it P claims to be uncorrelated with it, or with its
-/// block, at every step of every run: there u = L⁻¹ e, P = L Lᵀ, has of the block the errors of it alone,
-/// |u|² its NEES.
-std::vector<Index> claimed_uncorrelated(const Evidence& e) {
-  constexpr double kRounding = 1e-9;
-  const std::vector<SkewedMoments>& along = e.law.second_moments.along();
-  std::vector<Index> before(e.layout.states.size(), 0);
-  for (std::size_t p = 0; p < before.size(); ++p) {
-    if (!e.law.correlated[p]) before[p] = static_cast<Index>(p);
-  }
-  for (const Block& block : e.layout.blocks) {
-    const auto sums = std::ranges::find(e.blocks, block.name, &BlockSums::name);
-    if (sums == e.blocks.end() || block.states.empty()) continue;
-    const double nees = static_cast<double>(block.states.size()) * sums->runs.moments.mean;
-    double whitened = 0.0;  // along e_p, which is the direction p²
-    for (const Index p : block.states) whitened += along[static_cast<std::size_t>(p * p)].mean;
-    if (!(std::abs(whitened - nees) <= kRounding * nees)) continue;
-    const Index first = std::ranges::min(block.states);
-    for (const Index p : block.states) {
-      Index& count = before[static_cast<std::size_t>(p)];
-      count = std::max(count, first);
+/// The group of each state: those of a group are correlated with each other, if only through others, by what
+/// P claims at some step of some run, and with no other state. There u = R^{-1/2} D⁻¹ e has of a group the
+/// errors of it alone.
+std::vector<Index> claimed_groups(const LawSums& law) {
+  std::vector<Index> group(static_cast<std::size_t>(law.second_moments.dim()));
+  std::iota(group.begin(), group.end(), Index{0});
+  for (std::size_t p = 1; p < group.size(); ++p) {
+    for (std::size_t q = 0; q < p; ++q) {
+      if (!law.correlated[pair_of(static_cast<Index>(p), static_cast<Index>(q))]) continue;
+      const auto [joined, other] = std::minmax(group[p], group[q]);
+      std::ranges::replace(group, Index(other), Index(joined));
     }
   }
-  return before;
+  return group;
 }
 
 /// Whether errors that P claims to be uncorrelated are, over all steps of the runs: of A_pq, the average of
@@ -169,13 +160,13 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e)
     return result;
   }
   if (!e.law.averaged.empty() || second.dim() != std::ssize(e.layout.states)) return std::nullopt;
-  if (e.law.correlated.size() != e.layout.states.size()) return std::nullopt;
-  const std::vector<Index> before = claimed_uncorrelated(e);
+  if (e.law.correlated.size() != pair_of(second.dim(), 0)) return std::nullopt;
+  const std::vector<Index> group = claimed_groups(e.law);
   const std::vector<SecondMomentDirection> directions = second_moment_directions(second.dim());
   const auto runs = static_cast<double>(second.runs());
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto& [p, q, sign] = directions[i];
-    if (sign <= 0 || q >= before[static_cast<std::size_t>(p)]) continue;
+    if (sign <= 0 || group[static_cast<std::size_t>(p)] == group[static_cast<std::size_t>(q)]) continue;
     const SkewedMoments &sum = second.along()[i], &difference = second.along()[i + 1];
     const double covariance = 0.5 * (sum.mean - difference.mean);
     const double variance = 0.25 * (sum.m2 + difference.m2) / (runs - 1.0);

@@ -127,9 +127,10 @@ struct RunSums {
 
   Moments nees_values;                    ///< of all steps
   std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES / dof over its steps
-  std::vector<Vector> last_error;         ///< of the pose, or else of the first block, at the end of each
+  std::vector<Vector> last_error;         ///< of the block that leads (lead_block), at the end of each
   std::vector<Matrix> last_covariance;
-  VectorMoments last_whitened;  ///< L⁻¹ e of the whole state at the end; only of runs with as many states
+  VectorMoments last_whitened;  ///< of the whole state at the end (correlation_whitening.h); only of runs
+                                ///< with as many states, of which P is of full rank
 
   void merge(const RunSums& later);
 };

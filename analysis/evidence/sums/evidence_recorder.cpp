@@ -36,15 +36,7 @@ double outlier_limit(Index dof) {
 /// Beyond it an angle is not wrapped; the least above π.
 constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
-/// Of more states the stretches of a run are those of all its steps, also of a map that grows; of as many or
-/// fewer those of the rows that have all of them, or of the others where these are more, as of a pose of
-/// which z, roll and pitch are never estimated.
-constexpr Index kFewStates = 12;
-
-/// A whole state is compared over the runs up to this dimension.
-constexpr Index kLargestState = 60;
-static_assert(is_whitened(kLargestAveragedMap, 1000, 3, 100), "every step of what is averaged is whitened");
-static_assert(StretchSums::kMostRuns == kFewRuns, "every step of what is compared in stretches is whitened");
+static_assert(is_checked(kLargestAveragedMap, 3, 100), "every step of what is averaged tells its covariance");
 
 /// Φ⁻¹(u) of a probability, finite at 0 and 1.
 double normal_score(double u) {
@@ -103,6 +95,7 @@ void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLa
 void EvidenceRecorder::list_blocks() {
   block_at_.clear();
   position_ = position_block(layout_);
+  lead_ = lead_block(layout_);
   planar_map_ = has_planar_map(layout_);
   averaged_dim_ = -1;
   averaged_.clear();
@@ -114,11 +107,11 @@ void EvidenceRecorder::list_blocks() {
   const Index all = std::ssize(layout_.states);
   if (const Index largest = largest_averaged(layout_); all <= largest) {
     averaged_dim_ = all;
-  } else if (!layout_.blocks.empty()) {
-    const Block& first = layout_.blocks.front();
-    const Index dim = std::ssize(first.states);
+  } else if (lead_ >= 0) {
+    const Block& lead = layout_.blocks[static_cast<std::size_t>(lead_)];
+    const Index dim = std::ssize(lead.states);
     if (dim <= largest) averaged_dim_ = dim;
-    averaged_ = first.name;
+    averaged_ = lead.name;
   }
   if (sums_.law.second_moments.dim() == 0) sums_.law.averaged = averaged_;
 }
@@ -132,7 +125,7 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
   const bool few = sums_.study.runs + count <= StretchSums::kMostRuns;
   for (OpenRun& run : runs_) {
     run.open = true;
-    run.few = few;
+    run.law.few = few;
     run.first = sums_.study.runs++ == 0;
     run.squared_error.resize(layout_.blocks.size());
     run.claimed.resize(layout_.blocks.size());
@@ -228,7 +221,7 @@ void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& st
 }
 
 void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
-  const NormalisedVector& whole = step.whole;
+  const NormalisedSquare& whole = step.whole;
   if (entry_ > 0) {
     StepStatistics& s = at_step(sums_.study.steps, entry_);
     s[Quantity::nees].add(whole.value);
@@ -263,8 +256,11 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   run.values.add(whole.value);
   run.nees.push_back(per_dof);
   run.whole.add(whole.value, whole.dof);
-  run.last_whitened = whole.whitened;
-  if (!step.blocks.empty()) run.last = step.first;
+  if (step.P.size() > 0) {
+    run.last_state.error = step.error;
+    run.last_state.P = step.P;
+  }
+  if (lead_ >= 0) run.last = step.lead;
   for (const Index i : places.angles) sums_.narrow_angles.add(step.variance[i] <= kWideAngle * kWideAngle);
   add_law(run, places, step);
   add_lateness(run, step);
@@ -277,48 +273,60 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   }
 }
 
-// Of a map that grows the landmarks to come have no error.
+// Of a map that grows the landmarks to come have no error, as states that P knows for certain.
 void EvidenceRecorder::add_large(RunLaw& run, const NormalisedStep& step) {
-  const Vector& u = step.whole.whitened;
-  if (u.size() == 0) return;  // of many runs, which are played in chunks of more
-  const Index states = std::ssize(layout_.states);
-  if (u.size() == states && states <= StretchSums::kLargest) return run.large.add(u, true);
-  const bool placed = u.size() == std::ssize(step.states);  // by its state; a singular P leaves fewer
-  whitened_.setZero(std::min(states, StretchSums::kLargest));
-  for (Index i = 0; i < u.size(); ++i) {
-    const Index at = placed ? step.states[static_cast<std::size_t>(i)] : i;
-    if (at < whitened_.size()) whitened_[at] = u[i];
+  constexpr Index kRowsOfGroup = 32;
+  whitened_.setZero(std::min(std::ssize(layout_.states), StretchSums::kLargest));
+  for (std::size_t i = 0; i < step.states.size(); ++i) {
+    const auto from = static_cast<Index>(i);
+    const Index at = step.states[i];
+    if (at < whitened_.size() && step.variance[from] > 0.0)
+      whitened_[at] = step.error[from] / std::sqrt(step.variance[from]);
   }
-  run.large.add(whitened_, true);
+  run.large.add_each(whitened_, kRowsOfGroup);
+}
+
+void EvidenceRecorder::add_averaged(RunLaw& run, const Vector& error, const Vector& variance,
+                                    const Matrix& P) {
+  if (!run.add_error(error, variance) || !whitening_.compute(P)) return;
+  whitening_.whiten(error, whitened_);
+  run.add_whitened(whitened_, P);
 }
 
 void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
-  const NormalisedVector& whole = step.whole;
+  const NormalisedSquare& whole = step.whole;
   const double dof = static_cast<double>(whole.dof);
   if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
-  if (run.few && (std::ssize(layout_.states) > kFewStates || whole.dof < std::ssize(layout_.states)))
-    add_large(run.law, step);
-  if (averaged_.empty()) {
-    if (whole.dof == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
-  } else if (step.blocks.front().dof == averaged_dim_) {
-    const std::vector<Index>& first = places.of_block.front();
-    first_variance_.resize(std::ssize(first));
-    for (std::size_t i = 0; i < first.size(); ++i)
-      first_variance_[static_cast<Index>(i)] = step.variance[first[i]];
-    run.law.add_error(step.first_whitened, step.first.error, first_variance_);
-  }
   const Index all = std::ssize(layout_.states);
-  if (whole.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
-    sums_.law.add_whitened(step.step, whole.whitened);
+  const bool complete = whole.dof == all && step.P.rows() == all, averaged = averaged_.empty() && complete;
+  if (run.law.few && !averaged) add_large(run.law, step);
+  if (averaged) {
+    add_averaged(run.law, step.error, step.variance, step.P);
+  } else if (!averaged_.empty() && step.blocks[static_cast<std::size_t>(lead_)].dof == averaged_dim_) {
+    const std::vector<Index>& lead = places.of_block[static_cast<std::size_t>(lead_)];
+    variance_ = step.variance(lead);
+    add_averaged(run.law, step.lead.error, variance_, step.lead.P);
   }
+  if (complete && all <= LawSums::kLargestShape && is_shape_step(step.step) && whitening_.compute(step.P)) {
+    whitening_.whiten(step.error, whitened_);
+    sums_.law.add_whitened(step.step, whitened_);
+  }
+}
+
+void EvidenceRecorder::add_moving(RunLateness& run, const VectorRef& error, const VectorRef& motion,
+                                  const MatrixRef& P, CorrelationWhitening& whitening) {
+  if (!whitening.compute(P)) return;
+  whitening.whiten(error, whitened_);
+  whitening.whiten(motion, motion_);
+  run.add(whitened_, motion_);
 }
 
 // Of what moves: in a map a landmark as seen from the vehicle, since a map made of late observations is
 // displaced and the vehicle within it is not. The step is that of the mean over a few, in which what
 // corrections add is smaller.
-void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) const {
+void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) {
   if (step.estimate.size() == 0) return;
   if (run.way_states != step.states) {
     run.way_states = step.states;
@@ -334,7 +342,7 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) co
       const RelativePlace place = relative_place(now), truth = relative_place(now - step.moving.error);
       const Eigen::Vector2d error = place.r - truth.r, motion = (place.r - relative_place(then).r) / steps;
       const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
-      run.lateness.add(error, motion, P);
+      add_moving(run.lateness, error, motion, Matrix(P), of_moving_);
     } else if (std::ssize(places) <= RunLateness::kLargest) {
       Eigen::Matrix<double, Eigen::Dynamic, 1, 0, RunLateness::kLargest, 1> motion(std::ssize(places));
       for (Index i = 0; i < motion.size(); ++i) {
@@ -344,7 +352,8 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) co
         if (layout_.angles[static_cast<std::size_t>(state)]) motion[i] = wrap_angle(motion[i]);
         motion[i] /= steps;
       }
-      run.lateness.add(step.moving.error, motion, step.moving.P);
+      const bool all = std::ssize(places) == step.P.rows();
+      add_moving(run.lateness, step.moving.error, motion, step.moving.P, all ? whitening_ : of_moving_);
     }
   }
   run.way[newest] = step.estimate;
@@ -525,14 +534,22 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
     sums.claimed.add(run.claimed[b].mean);
     run.blocks[b].add_to(sums.runs);
   }
-  if (const Vector& u = run.last_whitened; u.size() > 0 && u.size() <= kLargestState) {
-    if (runs.last_whitened.count == 0 || runs.last_whitened.mean.size() == u.size()) {
-      runs.last_whitened.add(u);
-    }
-  }
+  if (run.last_state.P.size() > 0) close_last(run.last_state);
   if (run.last.error.size() == 0) return;
   runs.last_error.push_back(std::move(run.last.error));
   runs.last_covariance.push_back(std::move(run.last.P));
+}
+
+/// The states that P does not know for certain, where it is of full rank over them.
+void EvidenceRecorder::close_last(const BlockError& state) {
+  std::vector<Index> varied;
+  for (Index i = 0; i < state.error.size(); ++i) {
+    if (state.P(i, i) > 0.0) varied.push_back(i);
+  }
+  if (varied.empty() || !whitening_.compute(Matrix(state.P(varied, varied)))) return;
+  whitening_.whiten(Vector(state.error(varied)), whitened_);
+  VectorMoments& last = sums_.whole_runs.last_whitened;
+  if (last.count == 0 || last.mean.size() == whitened_.size()) last.add(whitened_);
 }
 
 }  // namespace credence::internal

@@ -12,6 +12,7 @@
 #include "analysis/evidence/sums/evidence.h"
 #include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/laws/correlation/lateness.h"
+#include "core/linear_algebra/correlation_whitening.h"
 #include "core/record/normalised_step.h"
 #include "core/record/step.h"
 #include "montecarlo/engine/engine.h"
@@ -70,7 +71,6 @@ class EvidenceRecorder {
 
   struct OpenRun {
     bool open = false, first = false;
-    bool few = false;                              ///< it is one of few runs, whose stretches may be compared
     double log_determinant = kNaN, change = kNaN;  ///< of P at the last step, and over it
     Index dof = 0;                                 ///< of the state then
     std::vector<double> nees{};
@@ -79,8 +79,7 @@ class EvidenceRecorder {
     std::vector<RunSum> blocks{};
     std::vector<Moments> squared_error{}, claimed{};  ///< of each block
     std::vector<RunInnovations> innovations{};        ///< of each sensor of the layout
-    BlockError last{};                                ///< of the first block
-    Vector last_whitened{};                           ///< of the whole state
+    BlockError last{}, last_state{};                  ///< of the block that leads, and of the whole state
     RunLaw law{};
     RunLateness lateness{};
     std::vector<Index> way_states{};  ///< of the estimates of the way
@@ -97,13 +96,17 @@ class EvidenceRecorder {
   void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_averaged(RunLaw& run, const Vector& error, const Vector& variance, const Matrix& P);
   void add_large(RunLaw& run, const NormalisedStep& step);
-  void add_lateness(OpenRun& run, const NormalisedStep& step) const;
+  void add_lateness(OpenRun& run, const NormalisedStep& step);
+  void add_moving(RunLateness& run, const VectorRef& error, const VectorRef& motion, const MatrixRef& P,
+                  CorrelationWhitening& whitening);
   void add_scores(OpenRun& run, const NormalisedStep& step) const;
   void add_traces(const StepPlaces& places, const NormalisedStep& step, StepStatistics& sums) const;
   void add_innovations(OpenRun& run, const NormalisedStep& step);
   void add_innovation(OpenRun& run, std::size_t sensor, const NormalisedInnovation& value);
   void close_run(OpenRun& run, bool well);
+  void close_last(const BlockError& state);
   void close_runs();
   void close_sensor_pairs(const OpenRun& run);
   void close_innovations(const RunInnovations& run, std::size_t sensor);
@@ -120,9 +123,11 @@ class EvidenceRecorder {
   bool planar_map_ = false;            ///< the layout has one
   Index averaged_dim_ = -1;            ///< of the errors whose second moments are taken; −1: of none
   std::string averaged_;               ///< the block of those errors; "": the state
+  Index lead_ = -1;                    ///< lead_block
   StepNormaliser normaliser_;
   NormalisedStep normalised_;
-  Vector first_variance_, whitened_;
+  CorrelationWhitening whitening_, of_moving_;
+  Vector variance_, whitened_, motion_;
 };
 
 }  // namespace credence::internal

@@ -10,12 +10,20 @@
 namespace credence::internal {
 namespace {
 
+constexpr std::size_t kMostGroups = 64;  // of rows of a run
+
 /// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
 bool takes_vector(VectorMoments& moments, Index dim) {
   if (moments.count == 0 || moments.mean.size() == dim) return true;
   if (moments.mean.size() > dim) return false;
   moments = {};
   return true;
+}
+
+/// Rows of a group that are whitened.
+Index whitened_of_group(Index dim, bool few_runs) {
+  constexpr Index kFewStates = 6;
+  return few_runs || dim <= kFewStates ? 8 : 1;
 }
 
 /// What holds in either of them; `all` may be empty still.
@@ -39,28 +47,53 @@ Index largest_averaged(const RunLayout& layout) {
   return std::ranges::any_of(layout.blocks, of_map) ? kLargestAveragedMap : kLargest;
 }
 
-void RunWhitened::add(const Vector& whitened, bool thinned) {
-  constexpr Index kGroupsAtLeast = 32;
-  const Index dim = whitened.size();
-  Vector& sum = group_at_hand(dim);
-  sum += whitened;
-  const Index every = thinned ? std::max<Index>(1, rows_of_group / kGroupsAtLeast) : 1;  // a power of two
-  if ((steps++ & (every - 1)) != 0) return;
+Index RunWhitened::every(Index of_group) const {
+  const bool full = sums.size() == kMostGroups && (steps & (rows_of_group - 1)) == 0;
+  return std::max<Index>(1, (full ? 2 : 1) * rows_of_group / of_group);
+}
+
+// Another one of each, as what recurs every few rows would be seen at its best or at its worst alone.
+bool RunWhitened::takes(Index of_group) const {
+  const Index each = every(of_group);
+  return (steps & (each - 1)) == ((steps / each) & (each - 1));
+}
+
+void RunWhitened::skip() {
+  if ((steps & (rows_of_group - 1)) == 0) group_at_hand(outer.rows());
+  ++steps;
+}
+
+void RunWhitened::add_square(const Vector& of, Index times) {
+  squared += times;
   // Plain: of a few states an expression costs more than its numbers.
+  const Index dim = of.size();
   for (Index j = 0; j < dim; ++j) {
-    const double by = static_cast<double>(every) * whitened[j];
-    for (Index i = j; i < dim; ++i) outer(i, j) += by * whitened[i];
+    const double by = static_cast<double>(times) * of[j];
+    for (Index i = j; i < dim; ++i) outer(i, j) += by * of[i];
   }
+}
+
+void RunWhitened::add(const Vector& whitened, Index of_group) {
+  const Index times = every(of_group);
+  group_at_hand(whitened.size()) += static_cast<double>(times) * whitened;
+  add_square(whitened, times);
+  ++steps;
+}
+
+void RunWhitened::add_each(const Vector& normalised, Index of_group) {
+  const Index times = takes(of_group) ? every(of_group) : 0;
+  group_at_hand(normalised.size()) += normalised;
+  if (times > 0) add_square(normalised, times);
+  ++steps;
 }
 
 Vector RunWhitened::mean() const {
   Vector sum = Vector::Zero(outer.rows());
   for (const Vector& of_group : sums) sum += of_group;
-  return sum / static_cast<double>(steps);
+  return sum / static_cast<double>(squared);
 }
 
 Vector& RunWhitened::group_at_hand(Index dim) {
-  constexpr std::size_t kMostGroups = 64;
   if (steps == 0) outer = Matrix::Zero(dim, dim);
   if ((steps & (rows_of_group - 1)) != 0) return sums.back();
   if (sums.size() == kMostGroups) {
@@ -84,7 +117,7 @@ void StretchSums::add(const RunWhitened& run) {
   const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
   if (groups == 0 || !takes(run.outer.rows())) return;
   ++runs;
-  square += run.outer / static_cast<double>(run.steps);
+  square += run.outer / static_cast<double>(run.squared);
   const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
   for (std::size_t i = 0; i < kStretches; ++i) {
     Vector sum = Vector::Zero(run.outer.rows());
@@ -154,30 +187,37 @@ bool LawSums::errors_stand() const {
   return standing_share(mean_of(second_moments), square_of(whitened_means)) > kStandingErrors;
 }
 
-void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector& variance) {
-  const Index dim = whitened.size();
+bool RunLaw::add_error(const Vector& error, const Vector& variance) {
+  const Index dim = error.size();
   if (normalised.size() != dim) {
-    if (averaged.steps > 0) return;  // of fewer states than before: no average of the same thing
+    if (errors > 0) return false;  // of fewer states than before: no average of the same thing
     normalised = Vector::Zero(dim);
-    correlated.assign(static_cast<std::size_t>(dim), false);
   }
-  // u = L⁻¹ e, P = L Lᵀ: where row j of P is zero before its diagonal u_j = e_j/√P_jj.
-  constexpr double kRounding = 1e-9;
-  for (Index j = 0; j < dim; ++j) {
-    const double alone = error[j] / std::sqrt(variance[j]);
-    normalised[j] += alone;
-    if (!(std::abs(whitened[j] - alone) <= kRounding * std::abs(alone)))
-      correlated[static_cast<std::size_t>(j)] = true;
+  ++errors;
+  for (Index i = 0; i < dim; ++i) normalised[i] += error[i] / std::sqrt(variance[i]);
+  if (averaged.takes(whitened_of_group(dim, few))) return true;
+  averaged.skip();
+  return false;
+}
+
+void RunLaw::add_whitened(const Vector& whitened, const Matrix& P) {
+  constexpr double kRounding = 1e-9;  // of a correlation
+  const Index dim = whitened.size();
+  averaged.add(whitened, whitened_of_group(dim, few));
+  correlated.resize(pair_of(dim, 0), false);
+  for (Index p = 1; p < dim; ++p) {
+    for (Index q = 0; q < p; ++q) {
+      if (correlated[pair_of(p, q)]) continue;
+      correlated[pair_of(p, q)] = std::abs(P(p, q)) > kRounding * std::sqrt(P(p, p)) * std::sqrt(P(q, q));
+    }
   }
-  averaged.add(whitened);
 }
 
 void RunLaw::add_to(LawSums& sums, const std::string& of) const {
-  if (averaged.steps > 0 && sums.takes(of, averaged.outer.rows())) {
-    const auto steps = static_cast<double>(averaged.steps);
-    sums.second_moments.add(averaged.outer / steps);
-    sums.error_means.add(normalised / steps);
-    join(correlated, sums.correlated);
+  if (averaged.squared > 0 && sums.takes(of, averaged.outer.rows())) {
+    sums.second_moments.add(averaged.outer / static_cast<double>(averaged.squared));
+    sums.error_means.add(normalised / static_cast<double>(errors));
+    if (of.empty()) join(correlated, sums.correlated);
     sums.whitened_means.add(averaged.mean());
   }
   sums.stretches.add(of.empty() && averaged.steps > large.steps ? averaged : large);

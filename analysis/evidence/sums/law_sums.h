@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -17,24 +18,36 @@
 
 namespace credence::internal {
 
-/// The whitened errors u of an open run.
+/// The normalised errors u of an open run, of whose rows some, evenly over it, stand for those about them.
 struct RunWhitened {
-  Matrix outer{};  ///< Σ u uᵀ, its lower triangle; of a thinned one each row for those after it
+  Matrix outer{};              ///< Σ u uᵀ of rows that are taken, its lower triangle
   std::vector<Vector> sums{};  ///< Σ u of successive groups of rows, the last one not full
   Index rows_of_group = 1;     ///< a power of two
   Index steps = 0;
+  Index squared = 0;  ///< rows that `outer` stands for
 
-  /// thinned: of a run of more than 2048 rows only some are taken for `outer`, evenly over the run.
-  void add(const Vector& whitened, bool thinned = false);
-  /// Over all rows.
+  /// Whether the next row is taken where so many of every group are, a power of two. Of more than 64 groups
+  /// two become one.
+  bool takes(Index of_group) const;
+  /// A row that is taken.
+  void add(const Vector& whitened, Index of_group);
+  /// One that is not.
+  void skip();
+  /// Any row: `sums` are of all, `outer` of those that are taken.
+  void add_each(const Vector& normalised, Index of_group);
+  /// Of rows that were all taken or skipped.
   Vector mean() const;
 
  private:
+  /// Of how many rows one is taken.
+  Index every(Index of_group) const;
+  void add_square(const Vector& of, Index times);
   /// The sum of the group of rows that the next one belongs to; of a long run they are joined by twos.
   Vector& group_at_hand(Index dim);
 };
 
-/// Averages over tenths of runs, of the whitened errors of the whole state: whether one lasts for a tenth.
+/// Averages over tenths of runs, of the errors of the whole state, whitened or, of a large one, over their σ:
+/// whether one lasts for a tenth.
 struct StretchSums {
   static constexpr Index kLargest = 200;         ///< a larger state is looked at by its first ones
   static constexpr std::int64_t kMostRuns = 19;  ///< of more no stretches are compared (stretch_averages)
@@ -60,7 +73,8 @@ struct StretchSums {
 /// The largest map whose errors are averaged whole: of a larger one not every step is whitened, and a study
 /// has the landmarks that nothing has seen, its logs not.
 inline constexpr Index kLargestAveragedMap = 12;
-/// The largest state whose errors are averaged over each run; of a larger one those of its first block are.
+/// The largest state whose errors are averaged over each run; of a larger one those of the block that leads
+/// are (lead_block).
 Index largest_averaged(const RunLayout& layout);
 
 /// Of all runs.
@@ -70,11 +84,11 @@ struct LawSums {
   std::string averaged{};                            ///< the block that second_moments is of; "": the state
   SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
   VectorMoments error_means{};                       ///< of the errors over their σ, averaged over each run
-  std::vector<bool> correlated{};                    ///< of each such state: P claims it to be, at some step,
-                                                     ///< with one before it
+  std::vector<bool> correlated{};                    ///< of each pair of such states (pair_of): P claims that
+                                                     ///< they are, at some step; empty for a block
   VectorMoments whitened_means{};                    ///< of the whitened errors, averaged over each run
   StretchSums stretches{};                           ///< of the whole state
-  std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
+  std::map<std::int64_t, VectorMoments> whitened{};  ///< of the whole state at steps 1, 2, 4, 8, …
   SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
   SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
   std::vector<SkewedMoments> nees_at{}, nis_at{};    ///< NEES / dof and NIS / dof at each step over the runs
@@ -90,17 +104,26 @@ struct LawSums {
   bool errors_stand() const;
 };
 
+/// Where states q < p are among the pairs of states.
+constexpr std::size_t pair_of(Index p, Index q) { return static_cast<std::size_t>(p * (p - 1) / 2 + q); }
+
 /// Of the run at hand.
 struct RunLaw {
-  RunWhitened averaged{};  ///< of the state, or of the first block of a large one
-  RunWhitened large{};     ///< of a state of more than twelve, or of rows that lack states, of few runs
-  Vector normalised{};     ///< Σ e_i / √P_ii of what is averaged
+  bool few = false;        ///< it is one of few runs, whose stretches may be compared
+  RunWhitened averaged{};  ///< u = R^{-1/2} D⁻¹ e of the state, or of a block of a large one
+  RunWhitened large{};  ///< D⁻¹ e of a state that is not averaged, or of rows that lack states, of few runs
+  Vector normalised{};             ///< Σ D⁻¹ e of what is averaged, of all rows
+  Index errors = 0;                ///< those rows
   std::vector<bool> correlated{};  ///< as LawSums::correlated
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;
 
-  /// Of a covariance of full rank.
-  void add_error(const Vector& whitened, const Vector& error, const Vector& variance);
+  /// An error whose covariance is of full rank; whether it is to be whitened, too. Of few runs, and up to six
+  /// states, all of 512 rows are and 256 of every doubling of the run; of more states all of 64 and 32:
+  /// errors are correlated in time, and a root of P is dear.
+  bool add_error(const Vector& error, const Vector& variance);
+  /// It whitened by P, which tells the states that are claimed to be correlated.
+  void add_whitened(const Vector& whitened, const Matrix& P);
   /// The run ended well; `of` is the block of the errors, "" for the state.
   void add_to(LawSums& sums, const std::string& of) const;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "analysis/laws/correlation/lateness.h"
 #include "core/linear_algebra/logarithm.h"
@@ -13,6 +14,7 @@ namespace credence::internal {
 void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& layout) {
   if (step_states == states && of_block.size() == layout.blocks.size()) return;
   states = step_states;
+  lead = lead_block(layout);
   of_block.resize(layout.blocks.size());
   std::vector<Index> place(layout.states.size(), -1);
   angles.clear();
@@ -32,6 +34,17 @@ void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& la
 Index position_block(const RunLayout& layout) {
   const auto found = std::ranges::find(layout.blocks, Part::position, &Block::part);
   return found == layout.blocks.end() || !layout.has_truth ? -1 : found - layout.blocks.begin();
+}
+
+Index lead_block(const RunLayout& layout) {
+  constexpr std::ptrdiff_t kLargest = 24;
+  const auto rank = [](const Block& block) {
+    const std::ptrdiff_t size = std::ssize(block.states);
+    const int part = block.part == Part::pose ? 0 : block.part == Part::position ? 1 : 2;
+    return std::tuple(part, size > kLargest ? 1 : -size, std::string_view(block.name));
+  };
+  const auto found = std::ranges::min_element(layout.blocks, {}, rank);
+  return found == layout.blocks.end() ? -1 : found - layout.blocks.begin();
 }
 
 namespace {
@@ -193,9 +206,9 @@ std::string_view StepNormaliser::normalise_known(const Step& step, const RunLayo
 
 std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayout& layout,
                                                  const StepPlaces& at, NormalisedStep& normalised) {
-  NormalisedVector& whole = normalised.whole;
-  whole.value = 0.0;
-  whole.dof = -1;
+  NormalisedSquare& whole = normalised.whole;
+  whole = {};
+  if (!layout.joint_covariance || step.P.rows() > kLargestTold) normalised.P.resize(0, 0);
   normalised.log_determinant = kNaN;
   blocks_.resize(layout.blocks.size());
   normalised.blocks.assign(layout.blocks.size(), {});
@@ -204,6 +217,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     whole = state_.of;
+    if (step.P.rows() <= kLargestTold) normalised.P = step.P;
     if (state_.factorised) normalised.log_determinant = state_.log_determinant();
   } else {
     whole.dof = 0;
@@ -215,7 +229,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     block.clear();
     const bool all = std::ssize(places) == step.error.size() && layout.joint_covariance;
     const bool single = places.size() == 1;
-    if (b == 0 || static_cast<Index>(b) == position || !(all || single))
+    if (static_cast<Index>(b) == at.lead || static_cast<Index>(b) == position || !(all || single))
       take_block(step.error, step.P, places, block.block.error, block.block.P);
     if (places.empty()) continue;
     if (all) {
@@ -231,10 +245,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     whole.value += block.of.value;
     whole.dof += block.of.dof;
   }
-  if (!blocks_.empty()) {
-    normalised.first = blocks_.front().block;
-    normalised.first_whitened = blocks_.front().of.whitened;
-  }
+  if (at.lead >= 0) normalised.lead = blocks_[static_cast<std::size_t>(at.lead)].block;
   if (position >= 0) normalised.position = blocks_[static_cast<std::size_t>(position)].block;
   return {};
 }

@@ -16,6 +16,7 @@ struct StepPlaces {
   std::vector<Index> states{};                 ///< of the step
   std::vector<std::vector<Index>> of_block{};  ///< empty before the first step
   std::vector<Index> angles{};
+  Index lead = -1;  ///< lead_block
 
   /// Does nothing where the states are those of the step before.
   void find(const std::vector<Index>& step_states, const RunLayout& layout);
@@ -23,6 +24,10 @@ struct StepPlaces {
 
 /// The block of the position; −1: there is none.
 Index position_block(const RunLayout& layout);
+
+/// The block that is looked at where the whole state is too large, or has a vehicle: the pose, else the
+/// position, else that with most states of at most 24, of several the first by name; −1: there is none.
+Index lead_block(const RunLayout& layout);
 
 /// A pose in the plane and landmarks, each a block of its own.
 bool has_planar_map(const RunLayout& layout);

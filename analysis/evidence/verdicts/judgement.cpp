@@ -212,6 +212,8 @@ void judge_ends(const Evidence& e, Judgement& j) {
                       ? credibility_index(runs.last_error, runs.last_covariance, j.confidence)
                       : CredibilityIndex{.reason = "fewer whole runs than the vehicle has dimensions"};
   j.error_correlation = test_error_correlation(runs.last_whitened);
+  if (runs.last_whitened.count == 0)
+    j.error_correlation.reason = "no run ends with a P of full rank over its states, of at most 60";
   j.position = j.heading = j.landmark = rmse_interval({}, j.confidence);
   for (const BlockSums& block : e.blocks) {
     if (block.part == Part::other || block.part == Part::pose || block.part == Part::landmark) continue;

@@ -17,8 +17,8 @@ struct ErrorCorrelationTest {
   std::string_view reason = {};  ///< why there is no test (numbers NaN), else empty
 };
 
-/// Bartlett's test [Bartlett 1954] that u = L⁻¹ e, P = L Lᵀ, of one step has uncorrelated components over the
-/// runs,
+/// Bartlett's test [Bartlett 1954] that u = R^{-1/2} D⁻¹ e, P = D R D, of one step has uncorrelated
+/// components over the runs,
 ///
 ///   −(M − 1 − (2n + 5)/6) ln det R ~ χ²(n (n − 1) / 2), R the sample correlation of u.
 ///

@@ -17,13 +17,7 @@ LatenessTest no_lateness(std::int64_t runs, std::string_view reason) {
 
 }  // namespace
 
-void RunLateness::add(VectorRef error, VectorRef motion, MatrixRef P) {
-  using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kLargest, 1>;
-  if (error.size() > kLargest) return;
-  if (!factor_.compute(P)) return;
-  Small u = error, b = motion;
-  factor_.solve_lower(u);
-  factor_.solve_lower(b);
+void RunLateness::add(const Vector& u, const Vector& b) {
   if (!u.allFinite() || !b.allFinite()) return;
   if (steps_ == 0) u_ = b_ = Vector::Zero(u.size());
   if (u.size() != u_.size()) return;

@@ -4,16 +4,15 @@
 #include <string_view>
 
 #include "analysis/laws/shape/consistency_vector_moments.h"
-#include "core/linear_algebra/small_cholesky.h"
 #include "core/types.h"
 
 /// @file
 /// Whether errors point back along the way: what a filter shows that takes late measurements for new ones.
 ///
 /// With the error e = x̂ − x, the step a of the estimate, which may be that of the mean over the last few, and
-/// P = L Lᵀ: u = L⁻¹ e, b = L⁻¹ a. A filter that is d steps late follows the truth of then, so that e is
-/// about −d a. Of the exact filter E[e_k | z_1 … z_k] = 0, and b_k is a function of what was measured: E[bᵀu]
-/// = 0 at every step, however the errors are correlated in time.
+/// both whitened by the symmetric root of P (correlation_whitening.h), u and b. A filter that is d steps late
+/// follows the truth of then, so that e is about −d a. Of the exact filter E[e_k | z_1 … z_k] = 0, and b_k is
+/// a function of what was measured: E[bᵀu] = 0 at every step, however the errors are correlated in time.
 
 namespace credence::internal {
 
@@ -22,14 +21,12 @@ class RunLateness {
  public:
   static constexpr Index kLargest = 24;
 
-  /// A step of a state of the same dimension, at most kLargest; one whose P is not positive definite is left
-  /// out.
-  void add(VectorRef error, VectorRef motion, MatrixRef P);
+  /// u and b of a step; one of another dimension than the first, or that is not finite, is left out.
+  void add(const Vector& u, const Vector& b);
   /// The run ended well: its averages [bᵀu, bᵀb, uᵀu, u, b] join those of the others.
   void add_to(VectorMoments& runs) const;
 
  private:
-  SmallCholesky factor_{};
   std::int64_t steps_ = 0;
   double across_ = 0.0, motion_ = 0.0, error_ = 0.0;  ///< Σ bᵀu, Σ bᵀb, Σ uᵀu
   Vector u_{}, b_{};                                  ///< their sums

@@ -13,6 +13,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/require.h"
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/correlation_whitening.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -75,13 +76,13 @@ CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<con
   const Index n = errors[0].size();
   if (runs <= n || runs < 2) return no_index(runs, "not more runs than states: their covariance is singular");
 
-  std::vector<Vector> normalised(errors.begin(), errors.end());
+  std::vector<Vector> normalised(errors.size());
   Matrix sample = Matrix::Zero(n, n);
-  Eigen::LLT<Matrix> factor;
+  CorrelationWhitening whitening;
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (i == 0 || covariances.size() > 1) factor.compute(covariances[i]);
-    if (factor.info() != Eigen::Success) return no_index(runs, "a covariance is not positive definite");
-    factor.matrixL().solveInPlace(normalised[i]);
+    if (!whitening.compute(covariances[covariances.size() > 1 ? i : 0]))
+      return no_index(runs, "a covariance is not positive definite");
+    whitening.whiten(errors[i], normalised[i]);
     sample += normalised[i] * normalised[i].transpose();
   }
   sample /= static_cast<double>(runs);

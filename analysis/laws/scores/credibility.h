@@ -20,8 +20,8 @@ struct CredibilityIndex {
   std::string_view reason = {};       ///< why there is no index (numbers NaN), else empty
 };
 
-/// The noncredibility index and the inclination indicator of one step, of the errors u_i = L_i⁻¹ e_i that
-/// their own covariances P_i = L_i L_iᵀ normalise,
+/// The noncredibility index and the inclination indicator of one step, of the errors e_i that their own
+/// covariances P_i whiten to u_i (correlation_whitening.h),
 ///
 ///   NCI = (10/M) Σ |log₁₀ ρ_i|,  I² = (10/M) Σ log₁₀ ρ_i,  ρ_i = u_iᵀ u_i / u_iᵀ Σ̂⁻¹ u_i,  Σ̂ = (1/M) Σ u_i
 ///   u_iᵀ.

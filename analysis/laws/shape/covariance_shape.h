@@ -7,8 +7,9 @@
 #include "core/types.h"
 
 /// @file
-/// Whether the true covariance Σ is P in every direction, from the whitened errors u = L⁻¹ e, P = L Lᵀ, of
-/// independent runs at ONE step: NEES sees tr(P⁻¹ Σ) only, and an x too small may hide a y too large.
+/// Whether the true covariance Σ is P in every direction, from the whitened errors u
+/// (correlation_whitening.h) of independent runs at ONE step: NEES sees tr(P⁻¹ Σ) only, and an x too small
+/// may hide a y too large.
 ///
 /// With C = Σ u uᵀ/M (about zero) the likelihood ratio of Σ = P is LR = M (tr C − ln det C − n); it sees
 /// every scale, sign and cross term (T. W. Anderson, "An Introduction to Multivariate Statistical Analysis",

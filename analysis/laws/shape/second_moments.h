@@ -13,12 +13,13 @@
 /// in time.
 ///
 /// A_i = Σ_k u_ik u_ikᵀ/T, the average over the steps of run i of the outer product of its whitened error u =
-/// L⁻¹ e, P = L Lᵀ, is independent over the runs, with E A_i = I as soon as the second moments of P are
-/// right. Its d² directional averages aᵀ A_i a, a = e_p and a = (e_p ± e_q)/√2, fix all its entries, are not
-/// negative and have mean 1, so that each takes the test of run_mean.h, whose scores need no Gaussian law;
-/// they are joined by Holm. Their run sample variances are those of a sandwich estimator; Hotelling's T² of
-/// the entries is not used, as it does not hold its level for averages so skewed. Gaussian errors are assumed
-/// only with fewer than 20 runs, by the bound of run_mean.h.
+/// R^{-1/2} D⁻¹ e, P = D R D (correlation_whitening.h), is independent over the runs, with E A_i = I as soon
+/// as the second moments of P are right. A state in another place or unit has the same u. Its d² directional
+/// averages aᵀ A_i a, a = e_p and a = (e_p ± e_q)/√2, fix all its entries, are not negative and have mean 1,
+/// so that each takes the test of run_mean.h, whose scores need no Gaussian law; they are joined by Holm.
+/// Their run sample variances are those of a sandwich estimator; Hotelling's T² of the entries is not used,
+/// as it does not hold its level for averages so skewed. Gaussian errors are assumed only with fewer than 20
+/// runs, by the bound of run_mean.h.
 
 namespace credence::internal {
 
@@ -63,7 +64,7 @@ Matrix mean_of(const SecondMoments& moments);
 /// What the directions say together.
 struct SecondMomentTest {
   std::int64_t runs = 0;
-  Matrix mean;                            ///< of A over the runs: the estimate of P^{-1/2} Σ P^{-T/2}
+  Matrix mean;                            ///< of A over the runs
   DirectedPValues p_value;                ///< the least of all directions, adjusted for all 2 d² hypotheses
                                           ///< (Holm): each is compared with α itself
   SecondMomentDirection worst_direction;  ///< of the least p-value

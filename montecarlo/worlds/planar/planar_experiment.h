@@ -64,7 +64,6 @@ class PlanarExperiment final : public internal::ShownExperiment {
     F filter = make_filter_();
     Run run(*this, filter);
     if (observer != nullptr) run.keep_what_is_shown();
-    run.is_one_of(runs);
     return internal::play_runs(run, first_run, runs, std::ssize(world_.controls), observer);
   }
 
@@ -115,9 +114,6 @@ class PlanarExperiment final : public internal::ShownExperiment {
     /// For show(): with it a step keeps more of its factors.
     void keep_what_is_shown() { solver().keep_lead(3); }
 
-    /// So many runs are played together (is_whitened).
-    void is_one_of(std::int64_t runs) { played_ = runs; }
-
     /// What the last step was.
     void show(ChunkObserver& observer, Index k) {
       told_.step = k;
@@ -156,11 +152,12 @@ class PlanarExperiment final : public internal::ShownExperiment {
     /// By a factor of P where one is wanted, and where the follower has no value.
     Outcome set_nees(Index k) {
       const Index n = error_.error.size(), last = std::ssize(e_.world_.controls);
-      factored_ = !follower_.has_value() || internal::is_whitened(n, played_, k, last);
+      const bool checked = internal::is_checked(n, k, last);
+      factored_ = !follower_.has_value() || checked;
       Outcome outcome = Outcome::ok;
       if (factored_) {
         outcome = error_.solve(filter_.lower_covariance());
-        if (outcome == Outcome::ok && internal::is_checked(n, k, last)) {
+        if (outcome == Outcome::ok && checked) {
           follower_.check({error_.nees, error_.dof}, error_.solver());
         }
       }
@@ -175,7 +172,7 @@ class PlanarExperiment final : public internal::ShownExperiment {
       if constexpr (kFollowed) {
         if (follower_.has_value()) {
           internal::JointNormalised joint = follower_.joint();
-          if (factored_) joint.whitened = &solver().whitened();
+          joint.tells_covariance = factored_;
           return normaliser_.normalise_state(filter_.state(), error_.error, filter_.lower_covariance(), joint,
                                              filter_.landmarks(), told_);
         }
@@ -207,7 +204,6 @@ class PlanarExperiment final : public internal::ShownExperiment {
     [[no_unique_address]] std::conditional_t<kFollowed, internal::NeesFollower, internal::NoFollower>
         follower_;
     bool factored_ = true;     ///< P, by the last step
-    std::int64_t played_ = 1;  ///< runs together
     NeesSolver dense_solver_;  ///< of a P that is not dense
     Matrix dense_P_;
   };

@@ -29,8 +29,7 @@ class PlanarLanesExperiment::Batch {
     }
   }
 
-  /// `played`: the runs of the chunk.
-  void step(std::size_t k, std::int64_t played, bool normalise = false) {
+  void step(std::size_t k, bool normalise = false) {
     stop_point(PlanarLanes::kLanes);
     std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
     std::array<Pose, PlanarLanes::kLanes> truth;
@@ -47,9 +46,7 @@ class PlanarLanesExperiment::Batch {
     const auto step = static_cast<std::int64_t>(k), last = std::ssize(e_.world_.controls);
     const Index n = 3 + 2 * e_.world_.states();
     lanes_.judge(truth, normalise,
-                 is_checked(n, step, last)            ? PlanarLanes::Factor::check
-                 : is_whitened(n, played, step, last) ? PlanarLanes::Factor::whiten
-                                                      : PlanarLanes::Factor::if_needed);
+                 is_checked(n, step, last) ? PlanarLanes::Factor::check : PlanarLanes::Factor::if_needed);
   }
 
   /// Adds what the last step was in every run, and ends those that failed. False when none is left.
@@ -147,7 +144,7 @@ StudyStatistics PlanarLanesExperiment::play(std::int64_t first_run, std::int64_t
     batch.start(first_run + r, used);
     if (observer != nullptr) observer->begin_runs(used);
     for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
-      batch.step(k, runs, observer != nullptr);
+      batch.step(k, observer != nullptr);
       if (observer != nullptr) batch.show(*observer, k);
       if (!batch.add_to(statistics, k)) break;
     }
@@ -162,7 +159,7 @@ Outcome PlanarLanesExperiment::visit(std::int64_t run, const StepVisitor& take) 
   Batch batch(*this);
   batch.start(run, 1);
   const auto step = [&](Index k) {
-    batch.step(static_cast<std::size_t>(k), 1);
+    batch.step(static_cast<std::size_t>(k));
     return batch.outcome(0);
   };
   return visit_steps(std::ssize(world_.controls), take, step, [&] { return batch.trace_step_with_gain(); });
@@ -183,7 +180,7 @@ std::vector<Outcome> PlanarLanesExperiment::visit_runs(std::int64_t first_run, s
       bool any = false;
       for (int lane = 0; lane < used; ++lane) any = any || outcome_of(lane) == Outcome::ok;
       if (!any) break;
-      batch.step(static_cast<std::size_t>(k), runs);
+      batch.step(static_cast<std::size_t>(k));
       for (int lane = 0; lane < used; ++lane) {
         if (outcome_of(lane) != Outcome::ok) continue;
         outcome_of(lane) = batch.outcome(lane);

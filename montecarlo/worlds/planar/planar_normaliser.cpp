@@ -26,8 +26,7 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
   if (!factor.well_conditioned(P) || !std::isfinite(nees)) return false;
   const JointNormalised joint{.whole = {nees, u.size()},
                               .log_determinant = factor.log_determinant(),
-                              .map_nees = landmarks.empty() ? 0.0 : factor.without_lead(),
-                              .whitened = &u};
+                              .map_nees = landmarks.empty() ? 0.0 : factor.without_lead()};
   return normalise_state(estimate, error, P, joint, landmarks, told);
 }
 
@@ -42,17 +41,15 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
   told.estimate = estimate;
   told.error = error;
   told.variance = P.diagonal();
-  if (joint.whitened != nullptr) {
-    told.whole.whitened = *joint.whitened;
+  if (joint.tells_covariance && P.rows() <= kLargestTold) {
+    told.P = P;
   } else {
-    told.whole.whitened.resize(0);
+    told.P.resize(0, 0);
   }
-  told.whole.value = joint.whole.value;
-  told.whole.dof = joint.whole.dof;
+  told.whole = {joint.whole.value, joint.whole.dof};
   told.log_determinant = joint.log_determinant;
-  told.first_whitened = u;
-  told.first.error = error.head<3>();
-  told.first.P = P_rr;
+  told.lead.error = error.head<3>();
+  told.lead.P = P_rr;
   told.position.error = error.head<2>();
   told.position.P = P_rr.topLeftCorner<2, 2>();
 

@@ -13,9 +13,9 @@ namespace credence::internal {
 /// What the joint law of a planar state tells of its error.
 struct JointNormalised {
   NeesValue whole;
-  double log_determinant = 0.0;      ///< ln det P
-  double map_nees = 0.0;             ///< of the landmarks together
-  const Vector* whitened = nullptr;  ///< L⁻¹ e, where P was factored
+  double log_determinant = 0.0;  ///< ln det P
+  double map_nees = 0.0;         ///< of the landmarks together
+  bool tells_covariance = true;  ///< P is wanted
 };
 
 /// Normalises what a planar filter with a matrix P shows, its blocks those of planar_layout.

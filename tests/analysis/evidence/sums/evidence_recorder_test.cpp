@@ -1,5 +1,6 @@
 #include "analysis/evidence/sums/evidence_recorder.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 
 #include "analysis/evidence/sums/step_series.h"
 #include "analysis/evidence/verdicts/judgement.h"
+#include "analysis/laws/mean/mean_at_steps.h"
 
 namespace credence::internal {
 namespace {
@@ -199,6 +201,98 @@ TEST(EvidenceRecorder, TheLawOfRoundedInnovationsIsNotTested) {
     EXPECT_TRUE(fit.reason.empty()) << fit.reason;
     EXPECT_GT(fit.kolmogorov_p_value, 1e-4);
   }
+}
+
+/// Runs of five states whose P varies along a run and from one to the next, and is twice too small in one
+/// direction, the states in this order, with their estimates.
+Evidence runs_in_order(const std::vector<Index>& order, const Vector& units) {
+  constexpr Index kStates = 5;
+  RunLayout layout{.angles = std::vector<bool>(kStates, false)};
+  for (const Index state : order)
+    layout.states.push_back(fmt::format("{}.s{}", state < 3 ? "a" : "b", state));
+  add_named_blocks(layout);
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const auto normals = [&] { return Vector(Vector::NullaryExpr(kStates, [&] { return normal(random); })); };
+  const Vector unit = units(order);
+  for (int run = 0; run < 24; ++run) {
+    recorder.begin_run();
+    Vector way = Vector::Zero(kStates);
+    Matrix L = Matrix::Identity(kStates, kStates);
+    for (Index i = 0; i < kStates; ++i) L.row(i).head(i) = 0.5 * normals().head(i).transpose();
+    Step step{.states = {0, 1, 2, 3, 4}};
+    for (step.step = 1; step.step <= 20; ++step.step) {
+      const Vector scale = (1.0 + 0.3 * normals().array().abs()).matrix();
+      Vector u = normals();
+      u[2] *= std::sqrt(2.0);
+      way += normals();
+      const Matrix root = scale.asDiagonal() * L, P = root * root.transpose();
+      const Vector error = root * u;
+      step.error = unit.cwiseProduct(error(order));
+      step.P = unit.asDiagonal() * Matrix(P(order, order)) * unit.asDiagonal();
+      step.estimate = unit.cwiseProduct(way(order));
+      recorder.add(step);
+    }
+  }
+  return recorder.take();
+}
+
+// By Cholesky factors each order had p-values of its own.
+TEST(EvidenceRecorder, NeitherOrderNorUnitsOfTheStatesChangeWhatIsJudged) {
+  const Vector one = Vector::Ones(5), others{{1e3, 1.0, 0.25, 1e-3, 1.0}};
+  const auto values_of = [](const Evidence& evidence) {
+    const Judgement j = judge(evidence);
+    std::vector<double> values{j.word.p_value,
+                               j.law.second_moments.test.p_value.optimistic,
+                               j.law.second_moments.test.p_value.pessimistic,
+                               j.error_correlation.p_value,
+                               j.law.shape.p_value,
+                               j.law.gaussianity.moments_p_value,
+                               j.credibility.p_value,
+                               test_lateness(evidence.lateness).p_value,
+                               test_mean_at_steps(evidence.law.whitened).p_value,
+                               evidence.law.stretches.square.trace(),
+                               mean_of(evidence.law.second_moments).squaredNorm(),
+                               evidence.law.whitened_means.mean.squaredNorm()};
+    return values;
+  };
+  const std::vector<double> expected = values_of(runs_in_order({0, 1, 2, 3, 4}, one));
+  EXPECT_LT(expected[1], 0.05);
+  for (const std::vector<Index>& order :
+       {std::vector<Index>{4, 2, 0, 3, 1}, {1, 3, 4, 0, 2}, {3, 4, 0, 1, 2}, {0, 1, 2, 3, 4}}) {
+    for (const Vector& units : {one, others}) {
+      const std::vector<double> values = values_of(runs_in_order(order, units));
+      for (std::size_t i = 0; i < values.size(); ++i)
+        EXPECT_NEAR(values[i], expected[i], 1e-9 * std::abs(expected[i])) << i << " of order " << order[0];
+    }
+  }
+}
+
+// Of the two tests of P over whole runs, with an estimate that is known for certain: one looks at the others.
+TEST(EvidenceRecorder, AStateThatIsCertainLeavesTheOthersToTheLastStep) {
+  RunLayout layout{.states = {"a", "b", "c"}, .angles = {false, false, false}};
+  EvidenceRecorder recorder(layout);
+  for (int run = 0; run < 3; ++run) {
+    recorder.begin_run();
+    Step step{.step = 1, .states = {0, 1, 2}, .error = Vector{{1.0, 0.0, -2.0}}};
+    step.P = Vector{{1.0, 0.0, 4.0}}.asDiagonal();
+    recorder.add(step);
+    step.step = 2;
+    if (run > 0) recorder.add(step);
+    if (run > 1) {  // the last is singular over what varies
+      step.step = 3;
+      step.P = Matrix{{1.0, 0.0, 2.0}, {0.0, 0.0, 0.0}, {2.0, 0.0, 4.0}};
+      step.error = Vector{{1.0, 0.0, 2.0}};
+      recorder.add(step);
+    }
+  }
+  const Evidence evidence = recorder.take();
+  EXPECT_EQ(evidence.rejected_rows(), 0);
+  EXPECT_EQ(evidence.whole_runs.last_whitened.count, 2);
+  EXPECT_LT((evidence.whole_runs.last_whitened.mean - Vector{{1.0, -1.0}}).norm(), 1e-15);
+  EXPECT_EQ(evidence.law.second_moments.runs(), 0);
+  EXPECT_EQ(evidence.law.stretches.runs, 0);
 }
 
 }  // namespace

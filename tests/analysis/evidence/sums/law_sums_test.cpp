@@ -5,10 +5,13 @@
 namespace credence::internal {
 namespace {
 
-/// A run whose whitened errors and errors are these, of variances 4.
+/// A run whose whitened errors are these, of uncorrelated states of variances 4.
 RunLaw run_of(const std::vector<Vector>& whitened) {
   RunLaw run;
-  for (const Vector& u : whitened) run.add_error(u, 2.0 * u, Vector::Constant(u.size(), 4.0));
+  for (const Vector& u : whitened) {
+    const Vector variance = Vector::Constant(u.size(), 4.0);
+    if (run.add_error(2.0 * u, variance)) run.add_whitened(u, variance.asDiagonal());
+  }
   return run;
 }
 
@@ -38,9 +41,9 @@ TEST(LawSums, AverageTheOuterProductsOfARun) {
 // One component that keeps its sign for half a run has no mean over it, and is as large in each tenth of it.
 TEST(LawSums, AnErrorThatLastsForATenthOfARunIsNoErrorOfAllOfIt) {
   std::vector<Vector> slow, fast;
-  for (int k = 0; k < 640; ++k) {
+  for (int k = 0; k < 320; ++k) {
     const double sign = k % 2 == 0 ? 1.0 : -1.0;
-    slow.push_back(Vector{{sign, k < 320 ? 1.0 : -1.0}});
+    slow.push_back(Vector{{sign, k < 160 ? 1.0 : -1.0}});
     fast.push_back(Vector{{sign, k % 4 < 2 ? 1.0 : -1.0}});
   }
   const LawSums sums = sums_of(slow);
@@ -50,10 +53,10 @@ TEST(LawSums, AnErrorThatLastsForATenthOfARunIsNoErrorOfAllOfIt) {
   EXPECT_NEAR(sums.stretches.means.scatter(0, 0), 0.0, 1e-9);
   EXPECT_FALSE(sums.errors_stand());
   EXPECT_FALSE(sums.stretches.stay());
-  EXPECT_TRUE(sums.stretches.stand(640.0));
+  EXPECT_TRUE(sums.stretches.stand(320.0));
   EXPECT_FALSE(sums.stretches.stand(2.0)) << "chance may do it";
-  EXPECT_FALSE(sums_of(fast).stretches.stand(640.0));
-  const LawSums constant = sums_of(std::vector<Vector>(640, Vector{{1.0, 2.0}}));
+  EXPECT_FALSE(sums_of(fast).stretches.stand(320.0));
+  const LawSums constant = sums_of(std::vector<Vector>(320, Vector{{1.0, 2.0}}));
   EXPECT_TRUE(constant.errors_stand());
   EXPECT_TRUE(constant.stretches.stay());
   EXPECT_EQ(sums_of({slow.begin(), slow.begin() + 9}).stretches.means.count, 0);
@@ -66,7 +69,7 @@ StretchSums stretches_of_large(Index states, Index rows) {
   for (Index k = 0; k < rows; ++k) {
     Vector u = Vector::Constant(states, k % 2 == 0 ? 1.0 : -1.0);
     u[states - 1] = 2 * k < rows ? 3.0 : -3.0;
-    run.large.add(u, true);
+    run.large.add_each(u, 32);
   }
   LawSums sums;
   run.add_to(sums, "first block");
@@ -83,19 +86,84 @@ TEST(StretchSums, OfALargeStateAreOfAllOfIt) {
   EXPECT_TRUE(stretches.stand(640.0));
 }
 
-// Rows taken for the mean square of a long run stand for those after them.
-TEST(StretchSums, OfALongRunTakeRowsEvenly) {
-  RunWhitened all, thinned;
-  for (Index k = 0; k < 10'000; ++k) {
-    const Vector u{{k < 5000 ? 1.0 : 3.0, 1.0}};
-    all.add(u);
-    thinned.add(u, true);
+// Rows taken of a long run stand for those about them.
+TEST(RunWhitened, OfALongRunTakesRowsEvenly) {
+  for (const Index of_group : {1, 8, 32}) {
+    RunWhitened each, taken;
+    Index rows = 0;
+    for (Index k = 0; k < 10'000; ++k) {
+      const Vector u{{k < 5000 ? 1.0 : 3.0, 1.0}};
+      each.add_each(u, of_group);
+      const bool takes = taken.takes(of_group);
+      rows += takes ? 1 : 0;
+      if (takes) {
+        taken.add(u, of_group);
+      } else {
+        taken.skip();
+      }
+    }
+    // 64 groups of each size but the first, one for each doubling of the run, are half seen.
+    EXPECT_GE(rows, 32 * of_group);
+    EXPECT_LE(rows, 64 * 9 * of_group);
+    EXPECT_LT(rows, 5'000);
+    for (const RunWhitened& run : {each, taken}) {
+      EXPECT_EQ(run.steps, 10'000);
+      const auto squared = static_cast<double>(run.squared);
+      EXPECT_NEAR(squared, 10'000.0, 256.0);
+      EXPECT_NEAR(run.outer(0, 0) / squared, 5.0, 0.25);
+      EXPECT_NEAR(run.outer(1, 0) / squared, 2.0, 0.1);
+      EXPECT_EQ(run.outer(1, 1), squared) << "the mean square of what is always one is one";
+    }
+    EXPECT_NEAR(taken.mean()[0], 2.0, 0.1);
+    EXPECT_EQ(taken.mean()[1], 1.0);
+    Vector sum = Vector::Zero(2);
+    for (const Vector& of_rows : each.sums) sum += of_rows;
+    EXPECT_EQ(sum, (Vector{{20'000.0, 10'000.0}}));
   }
-  EXPECT_EQ(all.outer(0, 0), 50'000.0);
-  EXPECT_NEAR(thinned.outer(0, 0), 50'000.0, 200.0);
-  EXPECT_NEAR(thinned.outer(1, 0), 20'000.0, 100.0);
-  EXPECT_EQ(all.mean(), thinned.mean());
-  EXPECT_EQ(all.mean(), (Vector{{2.0, 1.0}}));
+}
+
+// Of 300 rows of a few states all are whitened; of more states the first 64, every second to 128, every
+// fourth to 256, every eighth from there on.
+TEST(RunLaw, WhitensSomeRowsOfALongRun) {
+  for (const auto& [states, few, rows] :
+       {std::tuple{6, false, 300}, {7, false, 64 + 32 + 32 + 5}, {7, true, 300}}) {
+    RunLaw run{.few = few};
+    int whitened = 0;
+    for (int k = 0; k < 300; ++k) {
+      const Vector e = Vector::Ones(states);
+      if (!run.add_error(e, e)) continue;
+      run.add_whitened(e, Matrix::Identity(states, states));
+      ++whitened;
+    }
+    EXPECT_EQ(whitened, rows) << states;
+    LawSums sums;
+    run.add_to(sums, "");
+    EXPECT_EQ(sums.error_means.mean, Vector::Ones(states)) << "of all rows";
+    EXPECT_EQ(mean_of(sums.second_moments), Matrix::Ones(states, states));
+  }
+}
+
+TEST(RunLaw, KnowsWhichStatesPClaimsToBeCorrelated) {
+  RunLaw run;
+  Matrix P = Vector{{1.0, 100.0, 4.0}}.asDiagonal();
+  const Vector one = Vector::Ones(3);
+  const auto add = [&] {
+    ASSERT_TRUE(run.add_error(one, P.diagonal()));
+    run.add_whitened(one, P);
+  };
+  P(2, 0) = 1e-10;  // rounding
+  add();
+  EXPECT_EQ(run.correlated, (std::vector<bool>{false, false, false}));
+  P(2, 1) = 1.0;
+  add();
+  P(2, 1) = 0.0;
+  add();
+  EXPECT_EQ(run.correlated, (std::vector<bool>{false, false, true})) << "at some step";
+  LawSums state, block;
+  run.add_to(state, "");
+  run.add_to(block, "first");
+  EXPECT_EQ(state.correlated, run.correlated);
+  EXPECT_TRUE(block.correlated.empty());
 }
 
 TEST(StretchSums, AddUpOverRunsOfTheLargestState) {
@@ -116,7 +184,8 @@ TEST(StretchSums, AddUpOverRunsOfTheLargestState) {
 
 TEST(LawSums, NormaliseAnErrorByItsOwnDeviation) {
   RunLaw run;
-  run.add_error(Vector{{1.0, 1.0}}, Vector{{3.0, -8.0}}, Vector{{9.0, 16.0}});
+  ASSERT_TRUE(run.add_error(Vector{{3.0, -8.0}}, Vector{{9.0, 16.0}}));
+  run.add_whitened(Vector{{1.0, 1.0}}, Vector{{9.0, 16.0}}.asDiagonal());
   LawSums sums;
   run.add_to(sums, "");
   EXPECT_EQ(sums.error_means.mean, (Vector{{1.0, -2.0}}));
@@ -124,7 +193,7 @@ TEST(LawSums, NormaliseAnErrorByItsOwnDeviation) {
 
 TEST(LawSums, KeepTheStatesThatARunBeganWith) {
   RunLaw run = run_of({Vector{{1.0, 2.0}}});
-  run.add_error(Vector::Ones(3), Vector::Ones(3), Vector::Ones(3));
+  EXPECT_FALSE(run.add_error(Vector::Ones(3), Vector::Ones(3)));
   EXPECT_EQ(run.averaged.steps, 1);
   LawSums sums;
   run.add_to(sums, "");

@@ -60,6 +60,25 @@ TEST(StepPlaces, AreThoseOfTheStatesThatAStepHas) {
   EXPECT_EQ(position_block(layout_of_two_blocks()), -1);
 }
 
+TEST(LeadBlock, IsThePoseOrThatWithMostStatesWhateverTheOrder) {
+  const auto lead_of = [](const RunLayout& layout) {
+    const Index lead = lead_block(layout);
+    return lead < 0 ? "" : layout.blocks[static_cast<std::size_t>(lead)].name;
+  };
+  RunLayout plane = layout_of_plane(), two = layout_of_two_blocks();
+  RunLayout equal{
+      .blocks = {{"v", Part::other, {0, 1}}, {"b", Part::other, {2}}, {"p", Part::other, {3, 4}}}};
+  RunLayout large{.blocks = {{"few", Part::other, {0}}, {"many", Part::other, Places(25, 1)}}};
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(lead_of(plane), "pose");
+    EXPECT_EQ(lead_of(two), "first");
+    EXPECT_EQ(lead_of(equal), "p");
+    EXPECT_EQ(lead_of(large), "few");
+    for (RunLayout* layout : {&plane, &two, &equal, &large}) std::ranges::reverse(layout->blocks);
+  }
+  EXPECT_EQ(lead_block({}), -1);
+}
+
 TEST(StepNormaliser, HasTheNumbersOfTheMatricesByHand) {
   const RunLayout layout = layout_of_two_blocks();
   Step step = step_of_two_blocks();
@@ -72,15 +91,15 @@ TEST(StepNormaliser, HasTheNumbersOfTheMatricesByHand) {
   ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
   EXPECT_NEAR(result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
   EXPECT_EQ(result.whole.dof, 3);
-  EXPECT_NEAR(result.whole.whitened.squaredNorm(), result.whole.value, 1e-14);
+  EXPECT_EQ(result.P, step.P);
   EXPECT_NEAR(result.log_determinant, std::log(0.75 * 4.0), 1e-14);
   ASSERT_EQ(result.blocks.size(), 2U);
   EXPECT_NEAR(result.blocks[0].value, 4.0 / 3.0, 1e-14);
   EXPECT_EQ(result.blocks[0].dof, 2);
   EXPECT_EQ(result.blocks[1].value, 4.0);
   EXPECT_EQ(result.blocks[1].dof, 1);
-  EXPECT_EQ(result.first.P, step.P.topLeftCorner(2, 2));
-  EXPECT_NEAR(result.first_whitened[1], 0.5 / std::sqrt(0.75), 1e-14);
+  EXPECT_EQ(result.lead.P, step.P.topLeftCorner(2, 2));
+  EXPECT_EQ(result.lead.error, step.error.head(2));
   EXPECT_NEAR(result.innovations[0].value, 1.0, 1e-14);
   EXPECT_NEAR(result.innovations[0].noise_share, 13.0 / 32.0, 1e-14);
   EXPECT_EQ(result.variance, Vector(step.P.diagonal()));
