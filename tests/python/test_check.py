@@ -507,6 +507,10 @@ def numbers(told, key=""):
         yield key, told
 
 
+def causes_of(told):
+    return [cause["cause"] for cause in told["battery"]["causes"]]
+
+
 # One direction is too large by 1.5: each order of the states has its own Cholesky factor, and had its own word.
 @pytest.mark.parametrize("names", [("a", "b", "c", "d"), ("p.a", "v.b", "p.c", "v.d")])
 def test_neither_order_nor_units_of_the_states_change_what_is_said(tmp_path, names):
@@ -538,6 +542,6 @@ def test_neither_order_nor_units_of_the_states_change_what_is_said(tmp_path, nam
                         ([0, 1, 2, 3], [0.25, 1024, 1, 8]), ([2, 0, 3, 1], [1e3, 1, 1e3, 1])]:
         other = said(order, unit)
         assert other["verdict"] == right["verdict"]
-        assert other["causes"] == right["causes"]
+        assert causes_of(other) == causes_of(right)
         values = sorted(value for key, value in numbers(other) if "/calibration" not in key)
         assert values == pytest.approx(expected, rel=1e-9), order
