@@ -44,13 +44,20 @@ std::optional<PoseChart> declared_chart(const CheckArguments& o) {
   return pose_chart_named(name == "world" ? "ros" : name);
 }
 
-/// "estimate", or seconds.
+/// How it is to be found, if it is.
+TimeOffsetSearch time_offset_search(const std::string& word) {
+  if (word == "estimate") return TimeOffsetSearch::together;
+  return word == "each" ? TimeOffsetSearch::each : TimeOffsetSearch::none;
+}
+
+/// Seconds, where it is not to be found.
 std::optional<double> named_time_offset(const CheckArguments& o) {
-  if (o.time_offset.empty() || o.time_offset == "estimate") return std::nullopt;
+  if (o.time_offset.empty() || time_offset_search(o.time_offset) != TimeOffsetSearch::none)
+    return std::nullopt;
   const std::optional<double> seconds = parse_finite(o.time_offset);
   if (!seconds)
     throw std::invalid_argument(
-        fmt::format("--time-offset {}: accepted are estimate, or seconds", o.time_offset));
+        fmt::format("--time-offset {}: accepted are estimate, each, or seconds", o.time_offset));
   return seconds;
 }
 
@@ -72,7 +79,7 @@ CheckOptions options_of(const CheckArguments& o) {
   matching.truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
   matching.alignment = truth_alignment_named(o.align);
   matching.time_offset_s = named_time_offset(o);
-  matching.find_time_offset = o.time_offset == "estimate";
+  matching.find_time_offset = time_offset_search(o.time_offset);
   if (!o.lever_arm.empty()) matching.lever_arm = lever_arm_of(numbers_of(o.lever_arm));
   return how;
 }
@@ -226,9 +233,10 @@ void add_check_command(CLI::App& app) {
   command->add_option("--align", options->align, "move the truth onto the estimate first")
       ->check(CLI::IsMember({"none", "se2", "yaw", "se3"}))
       ->capture_default_str();
-  command->add_option("--time-offset", options->time_offset,
-                      "poses: by how much the truth's times are ahead of the estimate's, s; estimate: found "
-                      "from the errors, reported with its interval, and used");
+  command->add_option(
+      "--time-offset", options->time_offset,
+      "poses: by how much the truth's times are ahead of the estimate's, s; estimate: one of all "
+      "logs, found from the errors, reported with its interval, and used; each: one of each log");
   command
       ->add_option("--lever-arm", options->lever_arm,
                    "poses: where the truth's frame sits on the estimate's body: x,y,z (m), or with its "

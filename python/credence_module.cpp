@@ -354,23 +354,26 @@ PYBIND11_MODULE(_credence, m) {
 
   m.attr("version") = std::string(version());
   m.attr("commit") = std::string(commit());
-  m.def("check_logs",
-        [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
-           const std::string& align, const std::optional<std::variant<double, std::string>>& time_offset,
-           const std::vector<double>& lever_arm) {
-          TrajectoryMatching& matching = options.reading.matching;
-          if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
-          matching.alignment = truth_alignment_named(align);
-          matching.lever_arm = lever_arm_of(lever_arm);
-          if (time_offset) {
-            matching.find_time_offset = std::holds_alternative<std::string>(*time_offset);
-            if (!matching.find_time_offset) matching.time_offset_s = std::get<double>(*time_offset);
-          }
-          return interruptible([&](const std::atomic<bool>& stop) {
-            options.stop = &stop;
-            return tell(check_logs(logs, options));
-          });
-        });
+  m.def("check_logs", [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
+                         const std::string& align,
+                         const std::optional<std::variant<double, std::string>>& time_offset,
+                         const std::vector<double>& lever_arm) {
+    TrajectoryMatching& matching = options.reading.matching;
+    if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
+    matching.alignment = truth_alignment_named(align);
+    matching.lever_arm = lever_arm_of(lever_arm);
+    if (time_offset) {
+      if (const auto* word = std::get_if<std::string>(&*time_offset)) {
+        matching.find_time_offset = *word == "each" ? TimeOffsetSearch::each : TimeOffsetSearch::together;
+      } else {
+        matching.time_offset_s = std::get<double>(*time_offset);
+      }
+    }
+    return interruptible([&](const std::atomic<bool>& stop) {
+      options.stop = &stop;
+      return tell(check_logs(logs, options));
+    });
+  });
   m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
                           const std::vector<std::string>& overrides) {
     return noise_group(text ? load_scenario_text(*text, file, overrides)

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,6 +32,8 @@ struct LogReadOptions {
   internal::TruthFiles truth{};  ///< --truth
   /// Of a file that is cut off or corrupted what comes before is read, with a remark, if it is anything.
   bool partial = false;
+  /// Of all files together, where it is to be found so and there are several: found before they are read.
+  std::shared_ptr<const internal::TimeOffset> common_offset{};
 };
 
 }  // namespace credence
@@ -71,6 +74,8 @@ struct LogFormat {
   std::function<bool(std::string_view beginning, const std::filesystem::path& file)> recognises;
   /// What is in a file. Throws DataError.
   std::function<LogContents(const std::filesystem::path& file)> list;
+  /// Of has_poses: what the time offset of several files is found from. Throws as `read`.
+  std::function<PosesWithTruth(const std::filesystem::path& file, const LogReadOptions& options)> poses = {};
   /// Reads a file, in one pass or two. Throws DataError, and std::invalid_argument for options that do not
   /// fit the file, with what would be accepted.
   std::function<void(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink)> read;

@@ -47,6 +47,17 @@ class LogSink {
   virtual void mistake(std::string sentence) { remark(std::move(sentence)); }
 };
 
+/// Takes nothing, of a pass that only looks.
+class SilentSink final : public LogSink {
+ public:
+  void begin_run(const RunLayout&) override {}
+  void add(const Step&) override {}
+  void end_run(Outcome, std::int64_t) override {}
+  void remark(std::string) override {}
+  void unmatched(std::int64_t) override {}
+  void advance(std::int64_t) override {}
+};
+
 /// Hands everything on: the base of those that look at what passes.
 class ForwardingSink : public LogSink {
  public:

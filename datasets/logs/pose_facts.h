@@ -33,9 +33,15 @@ struct TimeOffset {
   double value_s = kNaN;  ///< what the times of the truth are ahead of those of the estimate
   double lower_s = kNaN, upper_s = kNaN;
   double confidence = 0.95;
-  bool estimated = false;  ///< false: a number of the user, without an interval
-  std::int64_t rows = 0;   ///< that it rests on
-  std::string reason{};    ///< why there is none, or no interval. Else empty
+  bool estimated = false;    ///< false: a number of the user, without an interval
+  std::int64_t rows = 0;     ///< that it rests on
+  std::int64_t files = 1;    ///< the same
+  bool whole_files = false;  ///< the interval is by how the files differ; else by how each varies in time
+  std::string reason{};      ///< why there is none, or no interval. Else empty
+  double taken = kNaN;  ///< the largest share of Σ eᵀP⁻¹e that it took away, at the ends of the interval
+  /// Of several files: how probable it is that they have one offset, and the best ones of each, where they
+  /// would take more than a fiftieth of Σ eᵀP⁻¹e away. NaN where it cannot be told, or nothing is wrong.
+  double p_agreement = kNaN, least_s = kNaN, most_s = kNaN;
 };
 
 /// What a reader of poses found in a file.

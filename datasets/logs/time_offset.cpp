@@ -8,9 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "analysis/laws/mean/effective_sample.h"
-#include "analysis/laws/mean/student.h"
+#include "analysis/laws/mean/influence_interval.h"
+#include "core/parallel_tasks.h"
 #include "datasets/logs/truth_placement.h"
 #include "montecarlo/engine/moments.h"
 
@@ -18,17 +21,15 @@ namespace credence::internal {
 namespace {
 
 constexpr double kFarthest_s = 1.0;
+constexpr double kTaken = 0.1;       // of Σ eᵀP⁻¹e, at most, that leaves errors evidence
+constexpr double kAgreement = 0.01;  // level of the test that files have one offset
+constexpr double kBetween = 0.02;    // of Σ eᵀP⁻¹e, that offsets of each file must take away to matter
 
-/// e_k(τ) of the samples; nothing for those without a truth at their time.
+/// e_k(τ) of the samples of one file; nothing for those without a truth at their time.
 class OffsetErrors {
  public:
-  OffsetErrors(std::span<const EstimateSample> samples, const Trajectory& truth,
-               const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance)
-      : samples_(samples),
-        truth_(truth),
-        matching_(matching),
-        axes_(axes),
-        joint_covariance_(joint_covariance) {
+  OffsetErrors(const PosesWithTruth& file, const TrajectoryMatching& matching)
+      : file_(file), matching_(matching) {
     each(0.0, 1, [this](std::size_t i, const Step& step) {
       const Eigen::LLT<Matrix> factor(step.P);
       if (factor.info() != Eigen::Success) return;
@@ -36,67 +37,149 @@ class OffsetErrors {
     });
   }
 
-  /// Mean of eᵀ P⁻¹ e over every `stride`-th sample; infinite where fewer than half of them have a truth.
-  double cost(double tau, std::size_t stride) {
-    Moments mean;
+  /// eᵀ P⁻¹ e over every `stride`-th sample.
+  Moments nees(double tau, std::size_t stride) {
+    Moments all;
     each(tau, stride, [&](std::size_t i, const Step& step) {
-      if (weights_[i].rows() == step.error.size()) mean.add(step.error.dot(weights_[i] * step.error));
+      if (weights_[i].rows() == step.error.size()) all.add(step.error.dot(weights_[i] * step.error));
     });
-    const auto asked = static_cast<std::int64_t>(samples_.size() / stride);
-    return 2 * mean.count >= asked && mean.count > 0 ? mean.mean : std::numeric_limits<double>::infinity();
+    return all;
   }
 
+  /// g_k of the rows in order.
+  RunScores scores(double tau) {
+    constexpr double kDifference_s = 0.01;
+    const auto at = errors(tau), before = errors(tau - kDifference_s), behind = errors(tau + kDifference_s);
+    RunScores scores;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      if (!at[i] || !before[i] || !behind[i] || weights_[i].rows() != at[i]->size() ||
+          before[i]->size() != at[i]->size() || behind[i]->size() != at[i]->size()) {
+        continue;
+      }
+      const Vector v = (*before[i] - *behind[i]) / (2.0 * kDifference_s);
+      const Vector weighted = weights_[i] * v;
+      scores.values.push_back(weighted.dot(*at[i]));
+      scores.information.push_back(weighted.dot(v));
+    }
+    return scores;
+  }
+
+  std::size_t samples() const { return file_.samples.size(); }
+
+ private:
   std::vector<std::optional<Vector>> errors(double tau) {
-    std::vector<std::optional<Vector>> all(samples_.size());
+    std::vector<std::optional<Vector>> all(samples());
     each(tau, 1, [&](std::size_t i, const Step& step) { all[i] = step.error; });
     return all;
   }
 
-  const Matrix& weight(std::size_t i) const { return weights_[i]; }
-
- private:
   template <class Take>
   void each(double tau, std::size_t stride, Take take) {
-    weights_.resize(samples_.size());
+    weights_.resize(samples());
     TrajectoryMatching shifted = matching_;
     shifted.time_offset_s = tau;
     shifted.truth_time = TruthTime::interpolated;  // e(τ) jumps between nearest ones, and stands still
     TruthPlacement placement;
-    placement.motion = fitted_motion(samples_, truth_, shifted, axes_, joint_covariance_, stride);
-    const TruthComparison comparison(truth_, shifted, axes_, joint_covariance_, placement);
+    placement.motion =
+        fitted_motion(file_.samples, *file_.truth, shifted, file_.axes, file_.joint_covariance, stride);
+    const TruthComparison comparison(*file_.truth, shifted, file_.axes, file_.joint_covariance, placement);
     Step step;
-    for (std::size_t i = 0; i < samples_.size(); i += stride) {
-      const EstimateSample& sample = samples_[i];
+    for (std::size_t i = 0; i < samples(); i += stride) {
+      const EstimateSample& sample = file_.samples[i];
       const std::optional<UncertainPose> at = comparison.truth_at(sample.estimate.time_s);
       if (at && comparison.compare(sample.estimate, *at, sample.kept, step)) take(i, step);
     }
   }
 
-  std::span<const EstimateSample> samples_;
-  const Trajectory& truth_;
+  const PosesWithTruth& file_;
   TrajectoryMatching matching_;
-  PoseErrorAxes axes_;
-  bool joint_covariance_;
   std::vector<Matrix> weights_;  ///< P⁻¹ at τ = 0; empty where there is none
 };
 
+/// The errors of all files, which threads look at one by one and which are added up in their order.
+class CommonErrors {
+ public:
+  CommonErrors(std::span<const PosesWithTruth> files, const TrajectoryMatching& matching, int threads)
+      : threads_(threads) {
+    files_.resize(files.size());
+    each([&](std::size_t f) { files_[f].emplace(files[f], matching); });
+  }
+
+  /// eᵀ P⁻¹ e of all rows at the grid's times, of some 256 rows of each file.
+  std::vector<Moments> on_grid(std::span<const double> taus) {
+    constexpr std::size_t kOnGrid = 256;
+    std::vector<std::vector<Moments>> of_file(files_.size(), std::vector<Moments>(taus.size()));
+    asked_ = 0;
+    for (const auto& file : files_) asked_ += asked(*file, stride_for(*file, kOnGrid));
+    each([&](std::size_t f) {
+      for (std::size_t i = 0; i < taus.size(); ++i)
+        of_file[f][i] = files_[f]->nees(taus[i], stride_for(*files_[f], kOnGrid));
+    });
+    std::vector<Moments> all(taus.size());
+    for (const auto& file : of_file) {
+      for (std::size_t i = 0; i < taus.size(); ++i) all[i].merge(file[i]);
+    }
+    return all;
+  }
+
+  Moments nees(double tau) {
+    std::vector<Moments> of_file(files_.size());
+    each([&](std::size_t f) { of_file[f] = files_[f]->nees(tau, 1); });
+    asked_ = 0;
+    for (const auto& file : files_) asked_ += asked(*file, 1);
+    Moments all;
+    for (const Moments& file : of_file) all.merge(file);
+    return all;
+  }
+
+  /// The mean; infinite where fewer than half of the rows that were asked for have a truth.
+  double cost(const Moments& nees) const {
+    return 2 * nees.count >= asked_ && nees.count > 0 ? nees.mean : std::numeric_limits<double>::infinity();
+  }
+
+  std::vector<RunScores> scores(double tau) {
+    std::vector<RunScores> all(files_.size());
+    each([&](std::size_t f) { all[f] = files_[f]->scores(tau); });
+    return all;
+  }
+
+ private:
+  static std::size_t stride_for(const OffsetErrors& file, std::size_t rows) {
+    return std::max<std::size_t>(1, file.samples() / rows);
+  }
+  static std::int64_t asked(const OffsetErrors& file, std::size_t stride) {
+    return static_cast<std::int64_t>(file.samples() / stride);
+  }
+
+  template <class Task>
+  void each(Task task) {
+    for_each_task(std::ssize(files_), threads_, nullptr,
+                  [&](std::int64_t f) { task(static_cast<std::size_t>(f)); });
+  }
+
+  int threads_;
+  std::vector<std::optional<OffsetErrors>> files_;
+  std::int64_t asked_ = 0;  ///< rows
+};
+
 /// Where the cost is least, on a grid and then between its points; NaN at the ends of the range.
-double least_cost(OffsetErrors& errors, std::size_t samples) {
+double least_cost(CommonErrors& errors) {
   constexpr int kGrid = 50;  // points on each side
-  constexpr std::size_t kOnGrid = 256;
   constexpr double kStep = kFarthest_s / kGrid;
-  const std::size_t stride = std::max<std::size_t>(1, samples / kOnGrid);
+  std::vector<double> taus;
+  for (int i = -kGrid; i <= kGrid; ++i) taus.push_back(i * kStep);
   int best = -kGrid;
   double least = std::numeric_limits<double>::infinity();
+  const std::vector<Moments> nees = errors.on_grid(taus);
   for (int i = -kGrid; i <= kGrid; ++i) {
-    if (const double cost = errors.cost(i * kStep, stride); cost < least) {
+    if (const double cost = errors.cost(nees[static_cast<std::size_t>(i + kGrid)]); cost < least) {
       least = cost;
       best = i;
     }
   }
   if (std::abs(best) == kGrid) return kNaN;
   constexpr int kBits = 24;
-  return boost::math::tools::brent_find_minima([&](double tau) { return errors.cost(tau, 1); },
+  return boost::math::tools::brent_find_minima([&](double tau) { return errors.cost(errors.nees(tau)); },
                                                (best - 1) * kStep, (best + 1) * kStep, kBits)
       .first;
 }
@@ -119,35 +202,34 @@ std::string too_coarse(const Trajectory& truth, double limit_s) {
       *middle, limit_s, kRoom * *middle);
 }
 
-/// q_k of the rows in order, whose mean is zero at τ̂; empty where nothing moves.
-std::vector<double> influences(OffsetErrors& errors, double tau) {
-  constexpr double kDifference_s = 0.01;
-  const auto at = errors.errors(tau), before = errors.errors(tau - kDifference_s),
-             behind = errors.errors(tau + kDifference_s);
-  std::vector<double> q;
-  double information = 0.0;
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    if (!at[i] || !before[i] || !behind[i] || errors.weight(i).rows() != at[i]->size() ||
-        before[i]->size() != at[i]->size() || behind[i]->size() != at[i]->size()) {
-      continue;
-    }
-    const Vector v = (*before[i] - *behind[i]) / (2.0 * kDifference_s);
-    const Vector weighted = errors.weight(i) * v;
-    q.push_back(weighted.dot(*at[i]));
-    information += weighted.dot(v);
+/// The offsets that fit each file best, as far as they matter.
+void compare_files(std::span<const RunScores> files, double nees, double p_agreement, TimeOffset& offset) {
+  double between = 0.0, least = kNaN, most = kNaN;
+  for (const RunScores& file : files) {
+    double information = 0.0;
+    for (const double I : file.information) information += I;
+    if (!(information > 0.0)) continue;
+    const double own = file.own();
+    between += own * own * information;
+    least = std::fmin(least, offset.value_s + own);
+    most = std::fmax(most, offset.value_s + own);
   }
-  if (!(information > 0.0)) return {};
-  for (double& value : q) value *= static_cast<double>(q.size()) / information;
-  return q;
+  if (!(p_agreement <= kAgreement) || !(between > kBetween * nees)) return;
+  offset.p_agreement = p_agreement;
+  offset.least_s = least;
+  offset.most_s = most;
+}
+
+/// "0.03 s behind"
+std::string order_text(double value_s, int digits) {
+  return fmt::format("{:.{}g} s {}", std::abs(value_s), digits, value_s > 0.0 ? "behind" : "ahead of");
 }
 
 /// A sentence for the report.
 std::string time_offset_text(const TimeOffset& offset) {
-  const auto order = [](double value_s) { return value_s > 0.0 ? "behind" : "ahead of"; };
   if (!offset.estimated) {
-    return fmt::format(
-        "The estimate's times were taken to be {:.6g} s {} those of the truth (--time-offset).",
-        std::abs(offset.value_s), order(offset.value_s));
+    return fmt::format("The estimate's times were taken to be {} those of the truth (--time-offset).",
+                       order_text(offset.value_s, 6));
   }
   if (std::isnan(offset.value_s)) {
     return fmt::format(
@@ -155,83 +237,93 @@ std::string time_offset_text(const TimeOffset& offset) {
         "known, so that no errors are evidence.",
         offset.reason);
   }
+  const std::string whose = offset.files == 1
+                                ? "The time offset"
+                                : fmt::format("One time offset of all {} files together", offset.files);
+  if (!std::isnan(offset.p_agreement)) {
+    return fmt::format(
+        "{} was estimated, and used: the estimate's times are {} those of the truth. But the files do not "
+        "have "
+        "one offset: {:.4g} to {:.4g} s fit each best (p = {:.2g}). Where their clocks differ, --time-offset "
+        "each finds that of every file; as it is, when the truth was is not known, so that no errors are "
+        "evidence.",
+        whose, order_text(offset.value_s, 4), offset.least_s, offset.most_s, offset.p_agreement);
+  }
+  const std::string unknown = fmt::format(
+      "the word is optimistic only where the mean NEES is too large at every time within {:g} s, and never "
+      "pessimistic.",
+      kFarthest_s);
   if (!offset.reason.empty()) {
     return fmt::format(
-        "The time offset of the least mean NEES was used: the estimate's times are {:.4g} s {} those of the "
-        "truth. It has no interval, as {}. That makes errors smaller by an unknown part: the word is "
-        "optimistic only where the mean NEES is too large at every time within {:g} s, and never "
-        "pessimistic.",
-        std::abs(offset.value_s), order(offset.value_s), offset.reason, kFarthest_s);
+        "{} of the least mean NEES was used: the estimate's times are {} those of the "
+        "truth. It has no interval, as {}. That makes errors smaller by an unknown part: {}",
+        whose, order_text(offset.value_s, 4), offset.reason, unknown);
   }
   const bool none = offset.lower_s <= 0.0 && offset.upper_s >= 0.0;
   return fmt::format(
-      "The time offset was estimated from these errors, and used: the estimate's times are {:.4g} s {} those "
-      "of the "
-      "truth ({:.4g} … {:.4g} at {:g} %, from stretches of {} rows){}. NEES is that of the best time, one "
-      "dof of the whole log lower.",
-      std::abs(offset.value_s), order(offset.value_s), offset.lower_s, offset.upper_s,
-      100.0 * offset.confidence, offset.rows, none ? "; no offset at all fits as well" : "");
+      "{} was estimated from these errors, and used: the estimate's times are {} those of the "
+      "truth ({:.4g} … {:.4g} at {:g} %, from {}){}. {}",
+      whose, order_text(offset.value_s, 4), offset.lower_s, offset.upper_s, 100.0 * offset.confidence,
+      offset.whole_files ? "how the files differ" : fmt::format("{} rows", offset.rows),
+      none ? "; no offset at all fits as well" : "",
+      fit_of(offset) == TruthFit::none
+          ? fmt::format("NEES is that of the best time, by at most {:.2g} % too small.", 100.0 * offset.taken)
+          : fmt::format("That makes NEES smaller by up to {:.2g} %: {}", 100.0 * offset.taken, unknown));
 }
 
 }  // namespace
 
-TimeOffset find_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
-                            const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance,
-                            double confidence) {
-  constexpr std::size_t kStretches = 10;
-  constexpr double kShortestStretch = 10.0;  // in correlation times
-  TimeOffset offset{.confidence = confidence, .estimated = true};
-  offset.reason = too_coarse(truth, matching.max_time_difference_s);
-  if (!offset.reason.empty()) return offset;
-  OffsetErrors errors(samples, truth, matching, axes, joint_covariance);
-  offset.value_s = least_cost(errors, samples.size());
+TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const TrajectoryMatching& matching,
+                            int threads, double confidence) {
+  TimeOffset offset{.confidence = confidence, .estimated = true, .files = std::ssize(files)};
+  for (const PosesWithTruth& file : files) {
+    offset.reason = too_coarse(*file.truth, matching.max_time_difference_s);
+    if (!offset.reason.empty()) return offset;
+  }
+  CommonErrors errors(files, matching, threads);
+  offset.value_s = least_cost(errors);
   if (std::isnan(offset.value_s)) {
     offset.reason = fmt::format("no time within {:g} s fits better than those beyond", kFarthest_s);
     return offset;
   }
-  const std::vector<double> q = influences(errors, offset.value_s);
-  offset.rows = std::ssize(q);
-  const std::size_t length = q.size() / kStretches;
-  if (length == 0) {
-    offset.reason = q.empty() ? "nothing moves" : "too few rows";
-    return offset;
+  const std::vector<RunScores> scores = errors.scores(offset.value_s);
+  double information = 0.0;
+  for (const RunScores& file : scores) {
+    offset.rows += std::ssize(file.values);
+    for (const double I : file.information) information += I;
   }
-  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{q}, 0.0);
-  if (!sample.reason.empty()) {
-    offset.reason = sample.reason;
-    return offset;
-  }
-  if (static_cast<double>(length) < kShortestStretch * sample.correlation_time) {
-    offset.reason = fmt::format(
-        "the log is {:.3g} times as long as its errors are correlated, and {:g} times are asked for",
-        static_cast<double>(q.size()) / sample.correlation_time,
-        kShortestStretch * static_cast<double>(kStretches));
-    return offset;
-  }
-  Moments stretches;
-  for (std::size_t s = 0; s < kStretches; ++s) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < length; ++i) sum += q[s * length + i];
-    stretches.add(sum / static_cast<double>(length));
-  }
-  const double half = student_interval(stretches, confidence).half_width();
-  offset.lower_s = offset.value_s - half;
-  offset.upper_s = offset.value_s + half;
-  if (!(half < kFarthest_s)) offset.reason = "its interval is wider than the times that were tried";
+  InfluenceInterval interval = influence_interval(scores, confidence);
+  offset.whole_files = interval.whole_runs;
+  offset.reason = std::move(interval.reason);
+  const Moments nees = errors.nees(offset.value_s);
+  const double sum = nees.mean * static_cast<double>(nees.count);
+  compare_files(scores, sum, interval.p_agreement, offset);
+  if (!offset.reason.empty()) return offset;
+  offset.lower_s = offset.value_s - interval.half_width;
+  offset.upper_s = offset.value_s + interval.half_width;
+  offset.taken = interval.half_width * interval.half_width * information / sum;
+  if (!(interval.half_width < kFarthest_s))
+    offset.reason = "its interval is wider than the times that were tried";
   return offset;
 }
 
-TrajectoryMatching with_time_offset(std::span<const EstimateSample> samples, const Trajectory& truth,
-                                    TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
+TruthFit fit_of(const TimeOffset& offset) {
+  if (!offset.estimated) return TruthFit::none;
+  if (std::isnan(offset.value_s) || !std::isnan(offset.p_agreement)) return TruthFit::not_found;
+  return offset.reason.empty() && offset.taken <= kTaken ? TruthFit::none : TruthFit::least_nees;
+}
+
+TrajectoryMatching with_time_offset(const PosesWithTruth& file, const LogReadOptions& options,
                                     LogSink& sink) {
+  TrajectoryMatching matching = options.matching;
   const double named_s = matching.time_offset_s.value_or(0.0);
-  if (!matching.find_time_offset && named_s == 0.0) return matching;
-  TimeOffset offset{.value_s = named_s, .rows = std::ssize(samples)};
-  if (matching.find_time_offset) {
-    offset = find_time_offset(samples, truth, matching, axes, joint_covariance);
-    const bool found = !std::isnan(offset.value_s);
-    matching.time_offset_s = found ? offset.value_s : 0.0;
-    if (!offset.reason.empty()) sink.truth_fit(found ? TruthFit::least_nees : TruthFit::not_found);
+  const bool asked = matching.find_time_offset != TimeOffsetSearch::none;
+  if (!asked && named_s == 0.0) return matching;
+  TimeOffset offset{.value_s = named_s, .rows = std::ssize(file.samples)};
+  if (asked) {
+    offset = options.common_offset ? *options.common_offset : find_time_offset({&file, 1}, matching);
+    matching.time_offset_s = std::isnan(offset.value_s) ? 0.0 : offset.value_s;
+    sink.truth_fit(fit_of(offset));
   }
   sink.remark(time_offset_text(offset));
   sink.time_offset(std::move(offset));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -37,6 +38,13 @@ enum class TruthAlignment {
 /// "none", "se2", "yaw" or "se3".
 std::string_view to_string(TruthAlignment alignment);
 
+/// Whether the time offset is found from the errors, before all else.
+enum class TimeOffsetSearch {
+  none,
+  together,  ///< one of all files that are judged together
+  each,      ///< one of each file
+};
+
 /// How estimates and a truth with its own times are brought together.
 struct TrajectoryMatching {
   double max_time_difference_s = 0.02;  ///< to the truth used: to the nearest, or to both neighbours
@@ -45,7 +53,7 @@ struct TrajectoryMatching {
   /// The truth of an estimate at t is that at t + this. Of logs without poses, which it cannot move, any that
   /// is named is refused, 0 as well.
   std::optional<double> time_offset_s{};
-  bool find_time_offset = false;  ///< by find_time_offset(), before all else
+  TimeOffsetSearch find_time_offset = TimeOffsetSearch::none;
   /// Where the frame of the truth is on the estimate's body: moves a truth with orientations onto the
   /// body's own frame, and the estimate to the point of a truth without.
   std::optional<SpatialPose> lever_arm{};
@@ -90,6 +98,14 @@ struct PoseEstimate {
 struct EstimateSample {
   PoseEstimate estimate;
   std::vector<Index> kept;
+};
+
+/// The poses of one file, at most 4096, and their truth; without the latter, none.
+struct PosesWithTruth {
+  std::vector<EstimateSample> samples;
+  std::shared_ptr<const Trajectory> truth;
+  PoseErrorAxes axes;
+  bool joint_covariance = true;
 };
 
 /// Where the frame of the truth was put.

@@ -82,8 +82,15 @@ void tell_planar(const Trajectory& estimate, LogSink& sink) {
       "pose in the plane: judge it by --chart planar.");
 }
 
-void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
-                     const LogReadOptions& options, LogSink& sink) {
+/// A file and its truth, before anything is fitted.
+struct ReadTrajectory {
+  Trajectory estimate;
+  PosesWithTruth poses;
+  PoseChart chart;
+};
+
+ReadTrajectory read_with_truth(const std::filesystem::path& file, TrajectoryFormat format,
+                               const LogReadOptions& options, LogSink& sink) {
   if (options.truth.empty()) {
     throw std::invalid_argument(
         fmt::format("{}: a trajectory ({}) has no truth in it: name the truth by --truth", file.string(),
@@ -102,12 +109,18 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   const std::shared_ptr<const Trajectory> truth = options.truth.of(file);
   if (options.matching.lever_arm && !truth->has_orientation)
     move_to_point(*options.matching.lever_arm, format, estimate);
-  const TrajectoryMatching matching =
-      with_time_offset(pose_samples(estimate, options.matching), *truth, options.matching, estimate.axes,
-                       estimate.joint_covariance, sink);
+  PosesWithTruth poses{pose_samples(estimate, options.matching), truth, estimate.axes,
+                       estimate.joint_covariance};
+  return {std::move(estimate), std::move(poses), chart};
+}
+
+void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
+                     const LogReadOptions& options, LogSink& sink) {
+  const auto [estimate, poses, chart] = read_with_truth(file, format, options, sink);
+  const TrajectoryMatching matching = with_time_offset(poses, options, sink);
   ConventionCheck conventions(chart, options.chart.has_value());
-  const TrajectoryErrors errors =
-      trajectory_errors(estimate, *truth, matching, takes_charts(format) ? &conventions : nullptr, &sink);
+  const TrajectoryErrors errors = trajectory_errors(estimate, *poses.truth, matching,
+                                                    takes_charts(format) ? &conventions : nullptr, &sink);
   tell_placement(errors.placement, errors.used_up, sink);
   sink.begin_run(errors.layout);
   for (std::size_t i = 0; i < errors.rows.size(); ++i) {
@@ -141,6 +154,11 @@ LogFormat format_of(TrajectoryFormat format, std::string_view title, std::string
           .recognises = [recognises](std::string_view beginning,
                                      const std::filesystem::path&) { return recognises(beginning); },
           .list = [format](const std::filesystem::path& file) { return list_trajectory(file, format); },
+          .poses =
+              [format](const std::filesystem::path& file, const LogReadOptions& options) {
+                SilentSink sink;
+                return read_with_truth(file, format, options, sink).poses;
+              },
           .read = [format](const std::filesystem::path& file, const LogReadOptions& options,
                            LogSink& sink) { read_trajectory(file, format, options, sink); }};
 }

@@ -226,7 +226,7 @@ std::optional<std::size_t> best_anchor(const PlacementFit& fit, const Eigen::Iso
 }  // namespace
 
 bool is_fitted(const TrajectoryMatching& matching) {
-  return matching.find_time_offset || matching.alignment != TruthAlignment::none;
+  return matching.find_time_offset != TimeOffsetSearch::none || matching.alignment != TruthAlignment::none;
 }
 
 std::vector<EstimateSample> pose_samples(const Trajectory& estimate, const TrajectoryMatching& matching) {

@@ -49,7 +49,8 @@ def check_logs(
     chart: how a library writes the covariance of a pose; "" is what the format means by itself.
     align: moves the truth onto the estimate first: "none", "se2", "yaw" or "se3".
     max_time_difference: how far the truth used may be from an estimate, s.
-    time_offset: what the times of the truth are ahead, s, or "estimate"; of logs of poses.
+    time_offset: what the times of the truth are ahead, s, or "estimate" (one of all logs) or "each" (one of each); of
+        logs of poses.
     lever_arm: of logs of poses, where the frame of the truth is on the body of the estimate: (x, y, z) in m, or with
         (qx, qy, qz, qw) behind it.
     partial: of a file that is cut off, judge what comes before.
@@ -62,8 +63,8 @@ def check_logs(
     require_confidence(confidence)
     require_threads(threads)
     require_text(name, "name")
-    if isinstance(time_offset, str) and time_offset != "estimate":
-        raise ValueError(f"time_offset = {time_offset!r}: expected seconds, or 'estimate'")
+    if isinstance(time_offset, str) and time_offset not in ("estimate", "each"):
+        raise ValueError(f"time_offset = {time_offset!r}: expected seconds, 'estimate' or 'each'")
     files = _paths(logs)
     if not files:
         raise ValueError("logs is empty: expected files, or folders of them")

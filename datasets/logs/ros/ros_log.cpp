@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -197,17 +198,28 @@ class RosLog {
     first_pass();
     choose_estimate();
     if (options_.truth_topic.empty() && options_.truth.empty()) return look_at_covariance();
-    const Trajectory truth = options_.truth.empty() ? topic_truth() : *options_.truth.of(file_);
-    to_point_ = options_.matching.lever_arm && !truth.has_orientation;
-    const std::vector<EstimateSample> samples = pose_samples();
-    matching_ = with_time_offset(samples, truth, matching_, chart().axes, true, sink_);
-    placement_ = place_truth(samples, truth, matching_, chart().axes, true);
-    const TruthComparison comparison(truth, matching_, chart().axes, true, placement_);
-    compare(truth, comparison);
+    const PosesWithTruth poses = with_truth();
+    matching_ = with_time_offset(poses, options_, sink_);
+    placement_ = place_truth(poses.samples, *poses.truth, matching_, chart().axes, true);
+    const TruthComparison comparison(*poses.truth, matching_, chart().axes, true, placement_);
+    compare(*poses.truth, comparison);
+  }
+
+  PosesWithTruth poses() {
+    first_pass();
+    choose_estimate();
+    return with_truth();
   }
 
  private:
   PoseChart chart() const { return options_.chart.value_or(pose_chart_of(OrientationError::world)); }
+
+  PosesWithTruth with_truth() {
+    const auto truth =
+        options_.truth.empty() ? std::make_shared<const Trajectory>(topic_truth()) : options_.truth.of(file_);
+    to_point_ = options_.matching.lever_arm && !truth->has_orientation;
+    return {pose_samples(), truth, chart().axes};
+  }
 
   /// Reads topics, and the truth where it is a topic.
   void first_pass() {
@@ -489,6 +501,11 @@ LogFormat format_of(std::string_view name, std::string_view title, std::string_v
           .recognises = [begins](std::string_view beginning,
                                  const std::filesystem::path&) { return begins(beginning); },
           .list = [scan](const std::filesystem::path& file) { return list_topics(file, scan); },
+          .poses =
+              [scan](const std::filesystem::path& file, const LogReadOptions& options) {
+                SilentSink sink;
+                return RosLog(file, scan, options, sink).poses();
+              },
           .read = [scan](const std::filesystem::path& file, const LogReadOptions& options,
                          LogSink& sink) { RosLog(file, scan, options, sink).judge(); }};
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <set>
@@ -12,9 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel_tasks.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_name.h"
 #include "datasets/logs/run_errors.h"
+#include "datasets/logs/time_offset.h"
 #include "reports/document/judge/judged.h"
 #include "reports/document/logs/checked_logs.h"
 
@@ -49,7 +52,8 @@ void require_use(const fs::path& file, const LogFormat& format, const CheckOptio
       {"--instance", r.instance.has_value(), format.has_instances, "PX4 ULog and ArduPilot DataFlash", false},
       {"--chart or --orientation-error", r.chart.has_value(), format.has_poses, kPoses},
       {"--lever-arm", m.lever_arm.has_value(), format.has_poses, kPoses},
-      {"--time-offset", m.find_time_offset || m.time_offset_s, format.has_poses, kPoses},
+      {"--time-offset", m.find_time_offset != usual.find_time_offset || m.time_offset_s, format.has_poses,
+       kPoses},
       {"--align", m.alignment != usual.alignment, format.has_poses, kPoses},
       {"--truth-time", m.truth_time != usual.truth_time, compared,
        "bags, trajectories of poses and PX4 ULog"},
@@ -100,6 +104,24 @@ std::vector<std::string> remarks_of(const LogJudgeResult& result) {
   return texts;
 }
 
+/// The time offset of all files together, if one is asked for; nothing of one file, whose own it is, and
+/// where it was stopped.
+std::shared_ptr<const TimeOffset> common_offset(std::span<const fs::path> files, const Formats& formats,
+                                                const LogReadOptions& reading, const CheckOptions& options) {
+  if (reading.matching.find_time_offset != TimeOffsetSearch::together || files.size() < 2 ||
+      !names_truth(options))
+    return nullptr;
+  std::vector<PosesWithTruth> poses(files.size());
+  std::atomic<std::int64_t> read = 0;
+  for_each_task(std::ssize(files), options.threads, options.stop, [&](std::int64_t i) {
+    const fs::path& file = files[static_cast<std::size_t>(i)];
+    poses[static_cast<std::size_t>(i)] = formats.at(file)->poses(file, reading);
+    ++read;
+  });
+  if (read < std::ssize(files)) return nullptr;
+  return std::make_shared<const TimeOffset>(find_time_offset(poses, reading.matching, options.threads));
+}
+
 }  // namespace
 
 Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
@@ -122,6 +144,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   const Formats formats = formats_of(files, options);
   LogReadOptions reading = options.reading;
   reading.truth = TruthFiles(files, options.truths);
+  reading.common_offset = common_offset(files, formats, reading, options);
   RunErrors first_run;
   const auto read = [&](const fs::path& file, LogSink& sink) {
     FirstRunSink first(sink, first_run);

@@ -82,7 +82,10 @@ Json poses_json(const std::vector<LogPoses>& logs) {
                                       {"confidence", offset->confidence},
                                       {"estimated", offset->estimated},
                                       {"used", !std::isnan(offset->value_s)},
-                                      {"rows", offset->rows}},
+                                      {"rows", offset->rows},
+                                      {"files", offset->files},
+                                      {"most_taken_from_nees", offset->taken},
+                                      {"p_value_of_one_offset", offset->p_agreement}},
                                      offset->reason);
     }
     return j;

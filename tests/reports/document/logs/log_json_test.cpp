@@ -142,6 +142,7 @@ TEST(LogJson, PosesHaveTheirChartsAndTheirOffset) {
   EXPECT_TRUE(poses[0]["charts"][1]["p_value"].is_null());
   EXPECT_EQ(poses[0]["time_offset"]["seconds"], 0.5);
   EXPECT_EQ(poses[0]["time_offset"]["used"], true);
+  EXPECT_EQ(poses[0]["time_offset"]["files"], 1);
   EXPECT_EQ(poses[1]["time_offset"]["used"], false);
   EXPECT_EQ(poses[1]["time_offset"]["reason"], "too few rows");
   EXPECT_TRUE(poses[1]["time_offset"]["lower"].is_null());
