@@ -228,6 +228,8 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     failed = false;
   });
   fingerprints.require_distinct();
+  for (RunFingerprints::Likeness& likeness : fingerprints.likenesses())
+    result.remarks.push_back({std::move(likeness.file), std::move(likeness.sentence)});
   result.complete = merged == groups;
   leave_out_chance(result, unexplained);
   return result;

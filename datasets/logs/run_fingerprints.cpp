@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -38,6 +39,8 @@ std::uint64_t row_sum(const std::vector<double>& row) {
   return sum;
 }
 
+std::span<const double> span_of(const Vector& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
 }  // namespace
 
 void RunFingerprints::CoincidenceBits::add_row(const std::vector<double>& numbers) {
@@ -58,6 +61,14 @@ void RunFingerprints::CoincidenceBits::add_row(const std::vector<double>& number
   if (enough_) times_.clear();
 }
 
+std::string RunFingerprints::name_of(const Run& run, const std::string& file) {
+  return run.number == 1 ? file : fmt::format("run {} of {}", run.number, file);
+}
+
+std::string RunFingerprints::name_of(const Run& run, const Run& beside) {
+  return run.file == beside.file ? fmt::format("run {} of it", run.number) : name_of(run, run.file->string());
+}
+
 void RunFingerprints::begin_file(const std::filesystem::path& file) {
   file_ = &file;
   in_file_ = 0;
@@ -68,15 +79,22 @@ void RunFingerprints::begin_run() {
   hash_ = 0;
   rows_ = 0;
   bits_ = {};
+  repeated_.begin_run();
+  rounded_.begin_run();
 }
 
 void RunFingerprints::add(const Step& step) {
   row_.assign(step.error.data(), step.error.data() + step.error.size());
+  rounded_.add_row(row_.empty() && !step.innovations.empty() ? span_of(step.innovations.front().nu)
+                                                             : std::span<const double>(row_));
   for (const Innovation& innovation : step.innovations)
     row_.insert(row_.end(), innovation.nu.data(), innovation.nu.data() + innovation.nu.size());
   const std::uint64_t sum = row_sum(row_);
   hash_ = stable_hash(bytes_of(sum), hash_);
+  repeated_.add_row(sum);
+  const bool enough = bits_.enough();
   bits_.add_row(row_);
+  if (!enough && bits_.enough()) repeated_.worth(CoincidenceBits::kEnough);
   if (!std::has_single_bit(static_cast<std::uint64_t>(++rows_)) || !bits_.enough()) return;
   runs_.back().longest = rows_;
   beginnings_.push_back({.hash = hash_, .run = runs_.size() - 1, .rows = rows_});
@@ -89,6 +107,8 @@ void RunFingerprints::append(RunFingerprints later) {
     beginning.run += before;
     beginnings_.push_back(beginning);
   }
+  repeated_.append(std::move(later.repeated_));
+  rounded_.append(std::move(later.rounded_));
 }
 
 void RunFingerprints::require_distinct() {
@@ -105,16 +125,38 @@ void RunFingerprints::require_distinct() {
   }
   if (!found) return;
   const Run &run = runs_[found->first.run], &other = runs_[found->second.run];
-  const auto text = [](const Run& r, const std::string& name) {
-    return r.number == 1 ? name : fmt::format("run {} of {}", r.number, name);
-  };
   throw DataError(
       *run.file, "",
       fmt::format("{} has, in its first {} rows, the same errors and innovations to the last bit as {}: "
                   "independent runs cannot, and it would be counted twice",
-                  text(run, "it"), found->first.rows,
-                  run.file == other.file ? fmt::format("run {} of it", other.number)
-                                         : text(other, other.file->string())));
+                  name_of(run, "it"), found->first.rows, name_of(other, run)));
+}
+
+std::vector<RunFingerprints::Likeness> RunFingerprints::likenesses() const {
+  std::vector<Likeness> all;
+  const auto name = [](const Run& run) { return name_of(run, run.file->string()); };
+  for (const RepeatedRows::Stretch& s : repeated_.stretches()) {
+    const Run &run = runs_[s.run], &other = runs_[s.other];
+    const std::string of_other =
+        s.run == s.other ? "it, as in a log that was appended to itself" : name(other);
+    all.push_back(
+        {*run.file,
+         fmt::format("Rows {} to {} of {}, and perhaps some beside them, have the same errors "
+                     "and innovations to the last bit as rows {} to {} of {}. Rows with noise "
+                     "of their own cannot: what is there twice is counted twice.",
+                     s.first, s.last, name(run), s.other_first, s.other_first + s.last - s.first, of_other)});
+  }
+  for (const RoundedCopies::Pair& pair : rounded_.pairs()) {
+    const Run &run = runs_[pair.run], &other = runs_[pair.other];
+    all.push_back(
+        {*run.file,
+         fmt::format(
+             "{} has, in all rows that were looked at of the {} it shares, the errors of {}, but for {:.2g} "
+             "of their size or less: if it is a copy that was rounded, or one in another format, it is "
+             "counted twice. Independent runs agree so by chance, and where no noise drives them.",
+             name(run), pair.rows, name(other), pair.largest)});
+  }
+  return all;
 }
 
 }  // namespace credence::internal

@@ -2,10 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "core/record/step.h"
+#include "datasets/logs/repeated_rows.h"
+#include "datasets/logs/rounded_copies.h"
 
 namespace credence::internal {
 
@@ -18,9 +21,10 @@ namespace credence::internal {
 /// beginnings of one is a beginning of the other, so that a copy that was cut off is known, too; and where it
 /// is no chance that they agree (CoincidenceBits).
 ///
-/// Rounded copies are others. Numbers that agree to a few digits are no proof: where a run has one random
-/// number, as an error from the start on which no noise moves, two of a thousand independent runs agree to
-/// five digits in all they hold; and from two logs alone it cannot be seen that they are such runs.
+/// Numbers that agree to a few digits are no proof: where a run has one random number, as an error from the
+/// start on which no noise moves, two of a thousand independent runs agree to five digits in all they hold;
+/// and from two logs alone it cannot be seen that they are such runs. So copies that were rounded, and
+/// stretches of rows that are there twice, are told and not refused.
 class RunFingerprints {
  public:
   /// The runs that follow are in this file, which must outlive this.
@@ -33,6 +37,14 @@ class RunFingerprints {
 
   /// Throws DataError for the first run that was there before, naming both files. O(n log n) of n runs.
   void require_distinct();
+
+  /// Of a file: what is there twice, and is judged all the same.
+  struct Likeness {
+    std::filesystem::path file;
+    std::string sentence;
+  };
+  /// Copies that were rounded (RoundedCopies), and stretches of rows that are there twice (RepeatedRows).
+  std::vector<Likeness> likenesses() const;
 
  private:
   struct Run {
@@ -51,16 +63,18 @@ class RunFingerprints {
    public:
     void add_row(const std::vector<double>& numbers);
     bool enough() const { return enough_; }
-
-   private:
     static constexpr double kEnough = 100.0;
 
+   private:
     std::vector<double> before_;
     std::unordered_map<double, std::int64_t> times_;
     std::int64_t numbers_ = 0, equal_pairs_ = 0;
     double orders_ = 0.0;  ///< bits
     bool enough_ = false;
   };
+  /// "run 2 of FILE", or FILE alone of its first run; and beside another one, which may be of the same file.
+  static std::string name_of(const Run& run, const std::string& file);
+  static std::string name_of(const Run& run, const Run& beside);
   struct Beginning {
     std::uint64_t hash = 0;
     std::size_t run = 0;
@@ -76,6 +90,8 @@ class RunFingerprints {
   std::int64_t rows_ = 0;
   std::vector<double> row_;
   CoincidenceBits bits_;
+  RepeatedRows repeated_;
+  RoundedCopies rounded_;
 };
 
 }  // namespace credence::internal

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -41,6 +42,41 @@ RunFingerprints of_file(const std::filesystem::path& file, const std::vector<std
   prints.begin_file(file);
   for (const std::vector<Step>& run : runs) add(prints, run);
   return prints;
+}
+
+/// What is told of the runs of two files and not refused, one sentence a line.
+std::string likenesses_of(const std::vector<std::vector<Step>>& a,
+                          const std::vector<std::vector<Step>>& b = {}) {
+  RunFingerprints prints = of_file(kA, a);
+  prints.append(of_file(kB, b));
+  std::string said;
+  for (const RunFingerprints::Likeness& likeness : prints.likenesses())
+    said += likeness.file.string() + ": " + likeness.sentence + "\n";
+  return said;
+}
+
+/// To so many decimals.
+std::vector<Step> rounded(std::vector<Step> steps, int decimals) {
+  const double unit = std::pow(10.0, -decimals);
+  for (Step& step : steps) {
+    step.error = unit * (step.error / unit).array().round();
+    for (Innovation& innovation : step.innovations)
+      innovation.nu = unit * (innovation.nu / unit).array().round();
+  }
+  return steps;
+}
+
+std::vector<Step> joined(std::vector<Step> first, const std::vector<Step>& then) {
+  first.insert(first.end(), then.begin(), then.end());
+  return first;
+}
+
+/// One error of one number, e_k.
+template <class Error>
+std::vector<Step> scalar_rows(int count, Error e) {
+  std::vector<Step> steps;
+  for (int k = 1; k <= count; ++k) steps.push_back({.step = k, .error = Vector::Constant(1, e(k))});
+  return steps;
 }
 
 /// What is said of the runs of two files; "" where they are distinct.
@@ -171,6 +207,71 @@ TEST(RunFingerprints, OfManyFilesTheFirstCopyIsNamedForAnyNumberOfThreads) {
       EXPECT_THAT(error.what(), AllOf(HasSubstr("130: it has"), HasSubstr("as 100:"))) << threads;
     }
   }
+}
+
+TEST(RunFingerprints, ALogThatWasAppendedToItselfIsTold) {
+  const std::vector<Step> log = rows(1, 300);
+  const std::string said = likenesses_of({joined(log, log)});
+  EXPECT_THAT(said, AllOf(HasSubstr("a.csv: Rows 3"), HasSubstr("appended to itself")));
+  EXPECT_THAT(likenesses_of({joined(log, std::vector<Step>(log.begin() + 100, log.begin() + 200))}),
+              HasSubstr("appended to itself"));
+  EXPECT_THAT(likenesses_of({joined(rounded(log, 1), rounded(log, 1))}), HasSubstr("appended to itself"));
+  EXPECT_EQ(likenesses_of({joined(log, rows(2, 300))}), "");
+}
+
+TEST(RunFingerprints, RowsOfAnotherRunAreToldWhereverTheyAre) {
+  const std::vector<Step> log = rows(1, 1000);
+  EXPECT_THAT(likenesses_of({log}, {std::vector<Step>(log.begin() + 300, log.end())}),
+              AllOf(HasSubstr("b.npz: Rows "), HasSubstr("of a.csv")));
+  EXPECT_THAT(likenesses_of({std::vector<Step>(log.begin() + 300, log.end())}, {rows(2, 50), log}),
+              HasSubstr("of run 2 of b.npz"));
+}
+
+TEST(RunFingerprints, ACopyThatWasRoundedIsTold) {
+  for (const int decimals : {2, 4, 8}) {
+    const std::string said = likenesses_of({rows(2, 60), rows(1, 60)}, {rounded(rows(1, 40), decimals)});
+    EXPECT_THAT(said, AllOf(HasSubstr("b.npz: b.npz has"), HasSubstr("errors of run 2 of a.csv")))
+        << decimals;
+  }
+  EXPECT_EQ(likenesses_of({rows(1, 60)}, {rounded(rows(2, 60), 1)}), "");
+}
+
+// Zeros, a constant, an error that goes up and down by one level, two levels by chance, noise of 20 levels,
+// and runs that start alike: of none of them it is told that it is there twice.
+TEST(RunFingerprints, WhatIsAlikeByItsNatureIsNotTold) {
+  std::mt19937_64 bits(7);
+  const auto level = [&](int levels) { return static_cast<double>(bits() % static_cast<unsigned>(levels)); };
+  double walk = 0.0;
+  const std::vector<std::vector<Step>> kinds[] = {
+      {scalar_rows(500, [](int) { return 0.0; }), scalar_rows(500, [](int) { return 0.0; })},
+      {scalar_rows(500, [](int) { return 0.5; }), scalar_rows(500, [](int) { return 0.5; })},
+      {scalar_rows(500, [](int k) { return k % 2; }), scalar_rows(500, [](int k) { return k % 2; })},
+      {scalar_rows(2000, [&](int) { return 1.0 + level(2); }),
+       scalar_rows(2000, [&](int) { return 1.0 + level(2); })},
+      {scalar_rows(2000, [&](int) { return walk += level(2) - 0.5; }),
+       scalar_rows(500, [&](int) { return walk += level(2) - 0.5; })},
+      {scalar_rows(20000, [&](int) { return 1.0 + level(20); }),
+       scalar_rows(20000, [&](int) { return 1.0 + level(20); })},
+      {joined(rows(1, 30), rows(2, 100)), joined(rows(1, 30), rows(3, 100))}};
+  int kind = 0;
+  for (const auto& runs : kinds) {
+    EXPECT_EQ(likenesses_of({runs[0]}, {runs[1]}), "") << kind;
+    ++kind;
+  }
+}
+
+// e_k = e₀ cos 0.7 k: of 200 runs some agree to a fiftieth in all that they hold.
+TEST(RunFingerprints, RunsOfOneRandomNumberAreNoCopies) {
+  std::mt19937_64 bits(8);
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<Step>> runs;
+  for (int i = 0; i < 200; ++i) {
+    const double start = normal(bits);
+    runs.push_back(scalar_rows(400, [&](int k) { return start * std::cos(0.7 * k); }));
+  }
+  EXPECT_EQ(likenesses_of(runs), "");
+  std::vector<std::vector<Step>> copied = {rows(1, 60), rows(2, 60), rows(3, 60), rounded(rows(2, 60), 3)};
+  EXPECT_THAT(likenesses_of(copied), HasSubstr("run 4 of a.csv has"));
 }
 
 }  // namespace
