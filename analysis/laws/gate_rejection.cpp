@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <utility>
 
 #include "analysis/laws/mean/student.h"
+#include "core/nan.h"
 
 namespace credence::internal {
 namespace {
@@ -29,12 +32,54 @@ double explained_by_line(const std::vector<Moments>& bins) {
 
 }  // namespace
 
-void ChangesByNis::add(double survival, double change) {
+void ChangesOfRun::add(std::size_t seen, double before, double change) {
+  steps_.push_back({seen, before, change});
+}
+
+ChangesOfRun::Comparable ChangesOfRun::comparable() const {
+  constexpr std::int64_t kFewest = 4;
+  struct Alike {
+    Moments before, change;
+  };
+  std::map<std::size_t, Alike> alike;
+  for (const Step& step : steps_) {
+    Alike& all = alike[step.seen];
+    if (!std::isfinite(step.change)) continue;
+    all.before.add(step.before);
+    all.change.add(step.change);
+  }
+  Comparable result;
+  if (alike.size() < 2) {
+    for (const Step& step : steps_) result.changes.push_back(step.change);
+    return result;
+  }
+  double xx = 0.0, xy = 0.0;
+  for (const Step& step : steps_) {
+    const auto& [before, change] = alike.at(step.seen);
+    if (!std::isfinite(step.change) || before.count < kFewest) continue;
+    xx += (step.before - before.mean) * (step.before - before.mean);
+    xy += (step.before - before.mean) * (step.change - change.mean);
+  }
+  const double slope = xx > 0.0 ? xy / xx : 0.0;
+  Moments taken;
+  for (const Step& step : steps_) {
+    const auto& [before, change] = alike.at(step.seen);
+    const double explained =
+        before.count < kFewest ? kNaN : change.mean + slope * (step.before - before.mean);
+    result.changes.push_back(step.change - explained);
+    if (std::isfinite(explained)) taken.add(explained);
+  }
+  result.variance = taken.variance();
+  return result;
+}
+
+void ChangesByNis::add(double survival, double change, double taken) {
   if (!std::isfinite(change)) return;
   if (bins.empty()) bins.resize(kBins);
   const double octaves = survival > 0.0 ? -std::log2(survival) : static_cast<double>(kBins);
   const int bin = std::clamp(static_cast<int>(kBinsPerOctave * octaves), 0, kBins - 1);
   bins[static_cast<std::size_t>(bin)].add(change);
+  bins[static_cast<std::size_t>(bin)].m2 += taken;
 }
 
 void ChangesByNis::merge(const ChangesByNis& later) {

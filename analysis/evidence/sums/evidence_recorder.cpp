@@ -378,7 +378,8 @@ void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const Normal
     const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
     if (angle && std::abs(value.nu[j]) > kHalfTurn) ++sums.unwrapped;
   }
-  run.nis.push_back({value.value, value.dof, value.noise_share, open.change});
+  run.nis.push_back(
+      {value.value, value.dof, value.noise_share, open.change, open.log_determinant - open.change});
   if (sensor.nis_alone) {
     run.values.push_back(normal_score(chi_square_cdf(value.value, static_cast<double>(value.dof))));
   } else {
@@ -434,20 +435,38 @@ void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
   }
 }
 
-void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t sensor) {
+ChangesOfRun::Comparable EvidenceRecorder::comparable_changes(std::span<const RunInnovations> sensors,
+                                                              std::size_t sensor, std::size_t early) {
+  constexpr std::size_t kMostComponents = 1'000'003;  // of a sensor; coprime to 2⁶⁴, if many sensors wrap it
+  const RunInnovations& own = sensors[sensor];
+  ChangesOfRun changes;
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < own.begins.size(); ++k) {
+    if (own.at(k).empty()) continue;
+    if (i++ < early) continue;
+    std::size_t seen = 0;
+    for (const RunInnovations& of : sensors) seen = kMostComponents * seen + of.at(k).size();
+    changes.add(seen, own.nis[i - 1].before, own.nis[i - 1].change);
+  }
+  return changes.comparable();
+}
+
+void EvidenceRecorder::close_innovations(const OpenRun& open, std::size_t sensor) {
+  const RunInnovations& run = open.innovations[sensor];
   SensorSums& sums = sums_.sensor(layout_.sensors[sensor]);
   sums.varies = sums.varies || !run.pieces || sums.sensor.piece != layout_.sensors[sensor].piece;
   std::vector<double> nis;
   std::size_t early = 0;  // innovations of the first fifth
   for (std::size_t k = 0; k < settled_from(run.begins.size()); ++k) early += !run.at(k).empty();
-  for (const auto& [value, dof, noise_share, change] : run.nis) {
+  const ChangesOfRun::Comparable changes = comparable_changes(open.innovations, sensor, early);
+  for (const auto& [value, dof, noise_share, change, before] : run.nis) {
     sums.by_dimension[dof].add(value, dof);
     const double u = chi_square_cdf(value, static_cast<double>(dof));
     sums.fit.add(u);
     sums.far_tail.add(u <= SensorSums::kFarTail);
     sums.largest_nis = std::max(sums.largest_nis, value);
     if (!std::isnan(noise_share)) sums.measurement_share.add(noise_share);
-    if (nis.size() >= early) sums.changes.add(1.0 - u, change);
+    if (nis.size() >= early) sums.changes.add(1.0 - u, changes.changes[nis.size() - early], changes.variance);
     nis.push_back(value);
   }
   sums.ties.merge(count_ties(std::move(nis)));
@@ -511,7 +530,7 @@ void EvidenceRecorder::close_runs() {
 void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   if (!run.open) return;
   run.open = false;
-  for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run.innovations[i], i);
+  for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run, i);
   close_sensor_pairs(run);
   if (well) run.law.add_to(sums_.law, averaged_);
   if (!well || run.nees.empty()) return;

@@ -57,6 +57,7 @@ class EvidenceRecorder {
       Index dof = 0;
       double noise_share = 0.0;
       double change = 0.0;  ///< of log det P over the step
+      double before = 0.0;  ///< log det P
     };
     std::vector<Nis> nis{};             ///< of the steps with a measurement
     std::vector<double> values{};       ///< whitened, one after the other
@@ -109,7 +110,10 @@ class EvidenceRecorder {
   void close_last(const BlockError& state);
   void close_runs();
   void close_sensor_pairs(const OpenRun& run);
-  void close_innovations(const RunInnovations& run, std::size_t sensor);
+  void close_innovations(const OpenRun& open, std::size_t sensor);
+  /// The changes of log det P of one sensor's innovations but the first few, which may be compared.
+  static ChangesOfRun::Comparable comparable_changes(std::span<const RunInnovations> sensors,
+                                                     std::size_t sensor, std::size_t early);
 
   std::string file_;
   RunLayout layout_;
