@@ -61,10 +61,11 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
                 const std::string& beside) {
   const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
   const std::string sensors = sensors_of_noise(findings, shape);
-  const std::string why =
-      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}{}{}",
-                  expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band,
-                  shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor), beside);
+  const std::string why = fmt::format(
+      "mean NIS {:.3g} of {:.3g} after the first fifth of the steps, with a lag-1 autocorrelation of {:.2g} "
+      "± {:.2g}{}{}",
+      expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band,
+      shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor), beside);
   if (shape.gain != 0) {
     const Cause cause = cause_by_gain(high, shape.gain > 0);
     const bool counted_twice = cause == Cause::process_noise_too_small && !findings.sensor_pairs.empty();
@@ -77,6 +78,15 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
           "were independent look the same";
     }
     return {{cause, why + more}};
+  }
+  if (const int noise = noise_between_innovations(findings, high); noise != 0) {
+    const Cause cause = cause_by_gain(high, (noise > 0) == high);
+    return {
+        {cause,
+         fmt::format("{}; NEES over its dof changes by {:.2g} in all over the steps without an innovation, "
+                     "where what Q does grows and what R does fades{}",
+                     why, findings.growth_without_innovations.mean,
+                     noise < 0 && !sensors.empty() ? "; it is " + sensors : "")}};
   }
   if (!std::isfinite(shape.lag_1_band)) return {};
   const double most = std::abs(shape.lag_1) + shape.lag_1_band;
@@ -138,7 +148,7 @@ Causes find_noise_by_growth(const Findings& findings) {
   // Mean NEES is A q + B r + C p of its dof and mean NIS ρ r + …: with B ≤ 1 an R that makes such errors
   // moves NIS.
   const double by_R = findings.measurement_noise_share.value_or(0.0) * std::abs(excess_of(nees));
-  if (!(by_R > kStandardErrors * std::sqrt(2.0 / nis.dof)))
+  if (!(by_R > kStandardErrors * std::sqrt(2.0 / nis.dof)) && noise_between_innovations(findings, high) <= 0)
     return {{Cause::process_or_measurement_noise, why}};
   return {{high ? Cause::process_noise_too_small : Cause::process_noise_too_large, why}};
 }

@@ -216,6 +216,7 @@ Causes find_wrong_first_innovation(const Findings& findings) {
   const StepTest* first = first_step(nis);
   const double excess = excess_of(*first);
   if (first >= nis.steps.data() + nis.steps.size() / 2 || !stays(excess, nis)) return {};
+  if (noise_between_innovations(findings, excess > 0.0) > 0) return {};  // Q, which find_wrong_noise names
   return {{excess > 0.0 ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
            fmt::format(
                "NIS is {:.3g} times its dof at the first innovation, where R alone may be wrong, and {:.3g} "

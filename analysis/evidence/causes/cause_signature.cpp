@@ -52,6 +52,16 @@ int gain_error(const WhitenessTest& test, const Findings& findings) {
   return largest > wanted ? 1 : largest < -wanted ? -1 : 0;
 }
 
+int noise_between_innovations(const Findings& findings, bool high) {
+  const Moments& growth = findings.growth_without_innovations;
+  const bool biased = findings.error_mean || findings.innovation_mean;  // which may grow as well
+  if (findings.nonlinear || biased || growth.count < 2 || !(growth.m2 > 0.0)) return 0;
+  const auto runs = static_cast<double>(growth.count);
+  const double t = growth.mean / std::sqrt(growth.variance() / runs);
+  if (!(student_two_sided_p_value(t, runs - 1.0) <= cause_level(findings))) return 0;
+  return (t > 0.0) == high ? 1 : -1;
+}
+
 bool counts(double mean_square, double excess) {
   constexpr double kLeastOfExcess = 0.05;
   return mean_square >= kLeastOfExcess * std::abs(excess);

@@ -81,6 +81,12 @@ struct InnovationShape {
 /// largest of |Σ_{h ≤ L} z_h|/√L, L = 1, 5, 20, at cause_level, Bonferroni over the three.
 int gain_error(const WhitenessTest& whiteness, const Findings& findings);
 
+/// The same by the errors, of a linear filter whose P0 is right, and where no mean is found: mean NEES over n
+/// is A q + B r + 1 − A − B, and over a step without an innovation B falls, and with it P0's share, so that
+/// what Q has in excess grows and what R has fades. 1: Q is wrong, −1: R is, where NIS has an excess of this
+/// sign (Student's t over the runs, two-sided at cause_level); 0: not told.
+int noise_between_innovations(const Findings& findings, bool high);
+
 /// Of the innovations as they are. Of several sensors the autocorrelation is that of the one whose NIS is
 /// most wrong: its own noise turns its innovations back, and those of the others on. Where that tells no
 /// gain, it is that of the most correlated, unless its NIS is less than a third as wrong (by the logarithm).

@@ -530,6 +530,23 @@ TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
 }
 
+// Over steps without an innovation what Q makes of the errors grows, and what R makes fades.
+TEST(CauseRules, ErrorsBetweenInnovationsTellQFromR) {
+  const auto causes_with = [](double excess, double growth, bool nonlinear = false) {
+    Findings findings = findings_of(1.0 + excess, 1.0 + excess);
+    findings.whiteness = correlated_by(0.0);
+    findings.growth_without_innovations = gain_of_100_runs(growth);
+    findings.nonlinear = nonlinear;
+    return causes_of(findings);
+  };
+  EXPECT_EQ(causes_with(0.5, 0.5), CauseList{Cause::process_noise_too_small});
+  EXPECT_EQ(causes_with(0.5, -0.5), CauseList{Cause::measurement_noise_too_small});
+  EXPECT_EQ(causes_with(-0.3, -0.5), CauseList{Cause::process_noise_too_large});
+  EXPECT_EQ(causes_with(-0.3, 0.5), CauseList{Cause::measurement_noise_too_large});
+  EXPECT_EQ(causes_with(0.5, 0.2), CauseList{Cause::process_or_measurement_noise});  // two standard errors
+  EXPECT_EQ(causes_with(0.5, 0.5, true), CauseList{Cause::process_or_measurement_noise});
+}
+
 // A hundredth of NIS is nothing beside errors that are ten times too large; but a Q that innovations hardly
 // show makes as much.
 TEST(CauseRules, LinearisationMayMoveNisByLittle) {
