@@ -1,5 +1,6 @@
 #include "reports/document/logs/check_logs.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,6 +19,7 @@ namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A log whose error has `scale` times the variance that it claims.
 std::string log_text(int rows, double scale, unsigned seed) {
@@ -114,6 +116,41 @@ TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledALinearisationBesides) {
   EXPECT_EQ(degrees.verdict(), Verdict::optimistic);
   EXPECT_TRUE(degrees.causes().empty()) << degrees.text();
   EXPECT_FALSE(larger.causes().empty()) << larger.text();
+}
+
+// Two drives of one set-up, stamped 0.1 s late.
+TEST_F(CheckLogs, FilesOfPosesHaveOneTimeOffsetOrEachItsOwn) {
+  const auto row = [](double t, double at, double x, double y) {
+    return fmt::format("{} {} {} 0.5 0 0 0 1", t, 4.0 * std::cos(0.7 * at) + x, 3.0 * std::sin(0.7 * at) + y);
+  };
+  std::string truth;
+  for (int i = 0; i < 320; ++i) truth += row(0.05 * i, 0.05 * i, 0.0, 0.0) + "\n";
+  folder_.write("truth.txt", truth);
+  std::vector<std::string> files;
+  for (unsigned seed : {1U, 2U}) {
+    std::mt19937 bits(seed);
+    std::normal_distribution<double> normal(0.0, 0.02);
+    std::string text;
+    for (int i = 0; i < 300; ++i) {
+      text += row(0.05 * i, 0.05 * i + 0.1, normal(bits), normal(bits));
+      for (int k = 0; k < 6; ++k) {
+        for (int j = k; j < 6; ++j) text += k == j ? " 4e-4" : " 0";
+      }
+      text += "\n";
+    }
+    folder_.write(fmt::format("drive{}.tum", seed), text);
+    files.push_back((folder_ / fmt::format("drive{}.tum", seed)).string());
+  }
+  CheckOptions options{.name = "drives", .truths = {(folder_ / "truth.txt").string()}, .threads = 1};
+  options.reading.matching.max_time_difference_s = 0.06;
+  options.reading.matching.find_time_offset = TimeOffsetSearch::together;
+  const std::string together = check_logs(files, options).json();
+  EXPECT_THAT(together, HasSubstr("One time offset of all 2 files together"));
+  options.threads = 3;
+  EXPECT_EQ(check_logs(files, options).json(), together);
+  options.reading.matching.find_time_offset = TimeOffsetSearch::each;
+  EXPECT_THAT(check_logs(files, options).json(),
+              ::testing::AllOf(HasSubstr("The time offset was estimated"), Not(HasSubstr("files together"))));
 }
 
 TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
