@@ -38,6 +38,11 @@ void ChangesOfRun::add(std::size_t seen, double before, double change) {
 
 ChangesOfRun::Comparable ChangesOfRun::comparable() const {
   constexpr std::int64_t kFewest = 4;
+  Comparable result;
+  if (std::ranges::all_of(steps_, [&](const Step& step) { return step.seen == steps_.front().seen; })) {
+    for (const Step& step : steps_) result.changes.push_back(step.change);
+    return result;
+  }
   struct Alike {
     Moments before, change;
   };
@@ -47,11 +52,6 @@ ChangesOfRun::Comparable ChangesOfRun::comparable() const {
     if (!std::isfinite(step.change)) continue;
     all.before.add(step.before);
     all.change.add(step.change);
-  }
-  Comparable result;
-  if (alike.size() < 2) {
-    for (const Step& step : steps_) result.changes.push_back(step.change);
-    return result;
   }
   double xx = 0.0, xy = 0.0;
   for (const Step& step : steps_) {
