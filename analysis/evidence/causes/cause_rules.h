@@ -93,7 +93,7 @@ Causes find_coloured_noise(const Findings& findings);
 Causes find_wrong_before_innovations(const Findings& findings);
 /// The first innovation is wrong (χ²) where R alone may be, and NIS stays so: NEES fits before it; or R is
 /// most of S and the size is one that no P makes, or one only that is wrong by ten; or, of an R that is not
-/// known, NEES fits just after it. Names R.
+/// known, NEES fits just after it. Names R, where the errors between innovations do not tell Q.
 Causes find_wrong_first_innovation(const Findings& findings);
 /// The first NIS or NEES is wrong (χ²), NIS of the second half is not, and NEES is most wrong at the first
 /// step, by its standard error. Names initial_covariance; here and below, where the first innovations are too
@@ -110,14 +110,15 @@ Causes find_start_beside_the_rest(const Findings& findings);
 // Levels of noise (cause_rules_noise.cpp). Mean NIS has the sign of a q + b r, and the correlation of the
 // innovations at every lag is (q − r) times one matrix: the two tell Q from R.
 
-/// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else R, where S is
+/// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else by what the
+/// errors do between innovations (noise_between_innovations); else R, where S is
 /// mostly R and the innovations are whiter than a wrong Q leaves them; else either of the two.
 Causes find_wrong_noise(const Findings& findings);
 /// The same with the sign of NEES, where NIS is of the right size and the gain is told by the lags.
 Causes find_noise_by_errors(const Findings& findings);
 /// NEES alone is wrong, of a nonlinear filter too small, and the more so the longer (Student's t over the
 /// runs), which P0 never makes. Names Q where an R that is wrong by as much would show in NIS (R known, five
-/// standard errors), else either.
+/// standard errors), or the errors between innovations tell it, else either.
 Causes find_noise_by_growth(const Findings& findings);
 /// Whiteness that speaks, and no other rule has named anything. Names Q or R by the gain that the lags tell:
 /// a mean NIS that is right says that S is, and not that Q and R are.
