@@ -83,16 +83,18 @@ bool IntersectionEstimator::correct(UpdateResult& result) {
   Intersection observation;
   observation.R = settings().R;
   if (settings().R.llt().info() != Eigen::Success) return false;  // else every S is positive definite
+  Pose x_r = pose();
+  PoseMatrix P_r = pose_covariance(), independent = independent_;
+  moved_.clear();
   for (std::size_t i = 0; i < seen_z().size(); ++i) {
     const auto row = static_cast<Index>(2 * i);
     const Index offset = seen()[3 + 2 * i];
-    plane_jacobian(pose(), landmark(offset), observation.H_r, observation.H_l);
-    const Eigen::Vector2d innovation = innovation_of(i, pose(), landmark(offset));
+    plane_jacobian(x_r, landmark(offset), observation.H_r, observation.H_l);
+    const Eigen::Vector2d innovation = innovation_of(i, x_r, landmark(offset));
     set_rows(row / 2, innovation, observation.H_r, observation.H_l);
-    const PoseMatrix P_r = pose_covariance();
     const Eigen::Matrix2d P_l = P().block<2, 2>(offset, offset).selfadjointView<Eigen::Lower>();
-    observation.independent = independent_;
-    observation.dependent = P_r - independent_;
+    observation.independent = independent;
+    observation.dependent = P_r - independent;
     observation.P_l = P_l;
     const double omega = least([&](double w) {
       return relative_trace(
@@ -120,12 +122,11 @@ bool IntersectionEstimator::correct(UpdateResult& result) {
       K_l.setZero();
       P_l_after = P_l;
     }
-    x().head<3>() += K_r * innovation;
-    x()[2] = wrap_angle(x()[2]);
-    x().segment<2>(offset) += K_l * innovation;
-    P().topLeftCorner<3, 3>() = P_r_after;
-    P().block<2, 2>(offset, offset) = P_l_after;
-    independent_.setZero();
+    x_r += K_r * innovation;
+    x_r[2] = wrap_angle(x_r[2]);
+    P_r = P_r_after;
+    moved_.push_back({offset, K_l * innovation, P_l_after});
+    independent.setZero();
 
     const Eigen::Matrix2d root = llt.matrixL();
     S.block<2, 2>(row, row) = S_r;
@@ -133,6 +134,13 @@ bool IntersectionEstimator::correct(UpdateResult& result) {
     W.block<3, 2>(0, row) = K_r * root;
     W.block<2, 2>(offset, row) = K_l * root;
     result.nis += llt.matrixL().solve(innovation).squaredNorm();
+  }
+  x().head<3>() = x_r;
+  P().topLeftCorner<3, 3>() = P_r;
+  independent_ = independent;
+  for (const Moved& moved : moved_) {
+    x().segment<2>(moved.offset) += moved.delta;
+    P().block<2, 2>(moved.offset, moved.offset) = moved.P;
   }
   return true;
 }

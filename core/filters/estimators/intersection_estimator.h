@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/filters/estimators/ekf_estimator.h"
 
 namespace credence::internal {
@@ -19,13 +21,23 @@ class IntersectionEstimator final : public EkfEstimator {
   using EkfEstimator::EkfEstimator;
 
  private:
-  void started() override { independent_.setZero(); }
+  void started() override {
+    independent_.setZero();
+    moved_.reserve(static_cast<std::size_t>(settings().landmarks));
+  }
   void propagate(const Pose& before, const Motion& motion, const Control& u,
                  const PlanarTruth& truth) override;
   bool correct(UpdateResult& result) override;
   bool refine(Batch observations, const PlanarTruth& truth) override;
 
+  struct Moved {  ///< a landmark of the batch: where it starts in the state, δ and its P⁺
+    Index offset;
+    Eigen::Vector2d delta;
+    Eigen::Matrix2d P;
+  };
+
   PoseMatrix independent_ = PoseMatrix::Zero();  ///< I
+  std::vector<Moved> moved_;                     ///< taken over once the whole batch is sound
 };
 
 }  // namespace credence::internal

@@ -156,6 +156,34 @@ TEST(IntersectionEstimator, an_observation_without_news_takes_nothing_away) {
   }
 }
 
+// The second landmark of the batch coincides with the vehicle, where its bearing has no Jacobian.
+TEST(IntersectionEstimator, a_correction_that_fails_changes_nothing) {
+  EstimatorTour tour(LandmarkSensorKind::range_bearing);
+  tour.now = tour.before = Pose::Zero();
+  IntersectionEstimator filter(tour.settings);
+  filter.reset(tour.now, EstimatorTour::initial_covariance());
+  const EstimatorTour::Observations ahead{{0, {4.0, 0.25}}, {1, {2.0, 0.0}}};
+  ASSERT_TRUE(filter.update(ahead, tour.truth()).ok);
+  filter.predict({2.0 / tour.settings.model.dt_s, 0.0}, tour.truth());
+  const Vector x = filter.state();
+  const Matrix P = whole_covariance(filter);
+  ASSERT_EQ(x.segment<2>(filter.offset_of(1)), x.head<2>());
+  const Point away = x.segment<2>(filter.offset_of(0)) - x.head<2>();
+  const EstimatorTour::Observations seen{{0, tour.settings.sensor.measure(away)}, {1, {0.1, 0.0}}};
+  EXPECT_FALSE(filter.update(seen, tour.truth()).ok);
+  EXPECT_EQ(filter.state(), x);
+  EXPECT_EQ(whole_covariance(filter), P);
+  // Nor is the noise of the motion forgotten: what comes next is as if nothing had been seen.
+  IntersectionEstimator other(tour.settings);
+  other.reset(tour.now, EstimatorTour::initial_covariance());
+  other.update(ahead, tour.truth());
+  other.predict({2.0 / tour.settings.model.dt_s, 0.0}, tour.truth());
+  const EstimatorTour::Observations first{seen.front()};
+  ASSERT_TRUE(filter.update(first, tour.truth()).ok);
+  ASSERT_TRUE(other.update(first, tour.truth()).ok);
+  EXPECT_EQ(whole_covariance(filter), whole_covariance(other));
+}
+
 // What a landmark has told makes the whole of the vehicle's error dependent: without a motion a second
 // observation has no independent part.
 TEST_P(IntersectionTest, has_no_independent_part_after_an_observation) {
