@@ -52,14 +52,15 @@ class BlockMapEkfSlam : public internal::SlamPhases<Model> {
   void reset(const PoseVector& pose, const PoseMatrix& P);
 
   /// Starts with a pose and the landmarks `ids` in the state already. Throws std::invalid_argument for sizes
-  /// that do not match.
+  /// that do not match, and for a landmark that is there twice.
   void reset(VectorRef x, internal::ArrowCovariance P, std::span<const int> ids);
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
   void predict(const ControlVector& u);
 
   /// Measurement update with all known landmarks and anchors, linearised at the prior, with the inflation
-  /// after each scalar, and initialisation of the landmarks seen for the first time.
+  /// after each scalar, and initialisation of the landmarks seen for the first time. Throws as
+  /// EkfSlam::update.
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
     result.trace_prior = map_.trace();

@@ -65,22 +65,23 @@ class EkfSlam : public internal::SlamPhases<Model> {
 
   /// Starts with a pose and the landmarks `ids` in the state already: x is n, P n×n.
   ///
-  /// Throws std::invalid_argument for sizes that do not match.
+  /// Throws std::invalid_argument for sizes that do not match, and for a landmark that is there twice.
   void reset(VectorRef x, MatrixRef P, std::span<const int> ids);
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
   void predict(const ControlVector& u);
 
   /// Inflation, measurement update with all known landmarks and anchors in one batch, and initialisation of
-  /// the landmarks seen for the first time. A landmark must not appear twice in one batch.
+  /// the landmarks seen for the first time. Throws std::invalid_argument for a landmark that appears twice in
+  /// the batch or has a negative number, and nothing is changed.
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
+    this->linearise(observations, pose(),
+                    [this](Index offset) { return x_.template segment<kLandmark>(offset); });
     if (inflates_prior()) {
       result.converged = P_.change([this](Matrix& P) { return inflate_prior(P, inflation_).converged; });
     }
     result.trace_prior = P_.trace();
-    this->linearise(observations, pose(),
-                    [this](Index offset) { return x_.template segment<kLandmark>(offset); });
     result.dof = kMeasurement * static_cast<Index>(rows_.size());
     corrected_ = result.dof > 0 && correct(result);
     if (result.dof > 0 && !corrected_) {

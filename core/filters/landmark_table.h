@@ -2,11 +2,16 @@
 
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "core/types.h"
 
 namespace credence::internal {
+
+[[noreturn]] inline void throw_twice(int landmark) {
+  throw std::invalid_argument("landmark " + std::to_string(landmark) + " is there twice");
+}
 
 /// A landmark at a known place, which is no state.
 template <class Model>
@@ -30,11 +35,15 @@ class LandmarkTable {
     }
   }
 
-  /// Forgets all landmarks but the anchors; those with these numbers are in the state, in this order.
+  /// Forgets all landmarks but the anchors; those with these numbers are in the state, in this order. Throws
+  /// std::invalid_argument for one that is there twice.
   void reset(std::span<const int> ids) {
     for (Slot& slot : slots_) slot.column = -1;
     ids_.clear();
-    for (const int id : ids) append(id);
+    for (const int id : ids) {
+      if (column_of(id) >= 0) throw_twice(id);
+      append(id);
+    }
   }
 
   /// Takes landmark `id`, until then unknown, into the state.

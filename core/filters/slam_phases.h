@@ -32,6 +32,16 @@ struct UpdateResult {
 
 namespace credence::internal {
 
+/// Throws std::invalid_argument for a landmark that is there twice, whose information would count double.
+template <class Model>
+void require_each_once(std::span<const Observation<Model>> batch) {
+  for (std::size_t i = 1; i < batch.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (batch[i].landmark == batch[j].landmark) throw_twice(batch[i].landmark);
+    }
+  }
+}
+
 /// The phases of a step of EKF-SLAM with known association that are the same however P is held: linearisation
 /// at the estimate, and initialisation of what is seen for the first time.
 ///
@@ -89,6 +99,7 @@ class SlamPhases {
   template <class PositionOf>
   void linearise(std::span<const Observation<Model>> observations, const PoseVector& pose,
                  PositionOf position_of) {
+    require_each_once(observations);
     rows_.clear();
     placed_.clear();
     auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));

@@ -86,6 +86,7 @@ UpdateResult SlamEstimator::judge(Batch observations, const PlanarTruth& truth) 
 }
 
 void SlamEstimator::collect(Batch observations) {
+  require_each_once(observations);
   seen_.assign({0, 1, 2});
   converged_ = true;
   z_.clear();

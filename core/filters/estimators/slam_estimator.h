@@ -62,7 +62,8 @@ class SlamEstimator {
   void predict(const Control& u, const PlanarTruth& truth);
 
   /// Measurement update and first observations. `ok` is false when S was not positive definite, and nothing
-  /// was changed. A landmark must not appear twice; throws std::invalid_argument for a number out of range.
+  /// was changed. Throws std::invalid_argument for a number out of range, and for a landmark that appears
+  /// twice.
   UpdateResult update(Batch observations, const PlanarTruth& truth);
 
   /// The measurement update alone, without first observations: what a batch would give, by NIS, innovation()

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "core/filters/block_map_ekf_slam.h"
 #include "core/filters/linear_filter.h"
 #include "core/manifold/angle.h"
 #include "tests/core/filters/golden_problem.h"
@@ -180,6 +181,24 @@ TEST(EkfSlam, SizesThatDoNotMatchAreRefused) {
                std::invalid_argument);
   EXPECT_THROW(filter.update(std::vector<PlanarObservation>{{-1, RangeBearing(1.0, 0.0)}}),
                std::invalid_argument);
+}
+
+TEST(EkfSlam, ALandmarkThatIsThereTwiceIsRefused) {
+  const PlanarModel model{.vehicle = {}, .dt_s = 0.1};
+  const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
+  PlanarEkf filter(model, I, I);
+  EXPECT_THROW(filter.reset(Vector::Zero(7), Matrix::Identity(7, 7), std::vector<int>{3, 3}),
+               std::invalid_argument);
+  filter.reset(Vector{{0.0, 0.0, 0.0, 1.0, 2.0}}, Matrix::Identity(5, 5), std::vector<int>{0});
+  BlockMapEkfSlam<PlanarModel> block_map(model, I, I);
+  for (const int number : {0, 1}) {  // known, and not known yet
+    const std::vector<PlanarObservation> twice{
+        {number, RangeBearing(1.0, 0.0)}, {7, RangeBearing(2.0, 0.0)}, {number, RangeBearing(1.0, 0.5)}};
+    EXPECT_THROW(filter.update(twice), std::invalid_argument);
+    EXPECT_THROW(block_map.update(twice), std::invalid_argument);
+    EXPECT_EQ(filter.state().size(), 5);
+    EXPECT_EQ(filter.covariance(), Matrix::Identity(5, 5));
+  }
 }
 
 /// H of the landmarks that a filter knows, at its estimate; zero rows for the others.

@@ -68,6 +68,17 @@ TEST(SlamEstimator, takes_a_batch_in_any_order) {
 }
 
 // Along a straight line; the mean of sigma points falls short of it by the spread of the heading, some mm.
+TEST(SlamEstimator, refuses_a_landmark_twice_in_a_batch) {
+  EstimatorTour tour(LandmarkSensorKind::relative_position);
+  EkfEstimator filter(tour.settings);
+  tour.warm(filter);
+  const Vector x = filter.state();
+  for (const int number : {3, 2}) {  // known, and not known yet
+    EXPECT_THROW(filter.update(tour.see({0, number, 1, number}), tour.truth()), std::invalid_argument);
+    EXPECT_EQ(filter.state(), x);
+  }
+}
+
 TEST(SlamEstimator, predicts_by_the_interval_that_was_set) {
   for (const EstimatorKind& kind : estimator_kinds()) {
     EstimatorTour tour(LandmarkSensorKind::range_bearing);
