@@ -326,6 +326,7 @@ namespace credence {
 using namespace internal;
 
 RankDecision decide_rank(const Vector& values, double tolerance) {
+  require_finite("the values", values);
   RankDecision decision;
   decision.singular_values = values;
   std::sort(decision.singular_values.data(), decision.singular_values.data() + values.size(),
@@ -335,8 +336,11 @@ RankDecision decide_rank(const Vector& values, double tolerance) {
     while (decision.rank < sorted.size() && sorted[decision.rank] > tolerance * sorted[0]) ++decision.rank;
   }
   const bool nothing_left_out = decision.rank == sorted.size() || sorted[decision.rank] == 0.0;
-  decision.gap = nothing_left_out ? std::numeric_limits<double>::infinity()
-                                  : sorted[decision.rank - 1] / sorted[decision.rank];
+  if (nothing_left_out) {
+    decision.gap = std::numeric_limits<double>::infinity();
+  } else {
+    decision.gap = decision.rank == 0 ? 0.0 : sorted[decision.rank - 1] / sorted[decision.rank];
+  }
   return decision;
 }
 

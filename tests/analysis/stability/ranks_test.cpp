@@ -49,6 +49,19 @@ TEST(DecideRank, CountsAboveTheToleranceAndReportsTheGap) {
   EXPECT_EQ(decide_rank(Vector::Ones(3)).gap, std::numeric_limits<double>::infinity());
 }
 
+TEST(DecideRank, WhereNothingCountsEverythingIsLeftOut) {
+  const RankDecision decision = decide_rank(Vector{{0.5, 2.0}}, 1.0);
+  EXPECT_EQ(decision.rank, 0);
+  EXPECT_EQ(decision.gap, 0.0);
+}
+
+TEST(DecideRank, ANumberThatIsNoneIsRefused) {
+  for (const double odd :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(decide_rank(Vector{{1.0, odd, 2.0}}), std::invalid_argument) << odd;
+  }
+}
+
 TEST(PsdRank, OfEveryRankAndInAnyUnits) {
   std::mt19937_64 generator(2);
   for (Index n = 1; n <= 7; ++n) {
