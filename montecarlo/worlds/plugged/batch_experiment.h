@@ -28,8 +28,8 @@ namespace credence {
 /// reset(mean, P) starts all lanes; predict(inputs) or predict() and update(measurements) take a span with an
 /// element for each lane, a measurement empty where nothing is measured; state(lane), covariance(lane), and
 /// if it has them innovation(lane) and innovation_covariance(lane), show one. good(lane), if it has it, is
-/// false where a lane cannot go on, which ends that run. Lanes without a run have the input of the first and
-/// no measurement. An exception is the end of all runs of the batch.
+/// false where a lane cannot go on, which ends that run. Lanes without a run that goes on have the input of
+/// the first that has one, and no measurement. An exception is the end of all runs of the batch.
 ///
 /// A lane's numbers must not depend on the others: they are those of the filter alone in its runs.
 template <class Batch, class World>
@@ -50,6 +50,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
   using Batch = std::invoke_result_t<const MakeBatch&>;
   using State = internal::StateOf<World>;
   using Measurement = std::optional<internal::MeasurementOf<World>>;
+  using Input = internal::plugged::InputOf<World>;
 
   /// The world must have a layout().
   BatchExperiment(World world, MakeBatch make_batch, const PlugSettings& settings = {})
@@ -148,14 +149,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
 
     template <class Action>
     static bool guarded_one(const Action& action) {
-      try {
-        action();
-        return true;
-      } catch (const internal::Stopped&) {
-        throw;
-      } catch (const std::exception&) {
-        return false;
-      }
+      return !internal::plugged::thrown_by(action);
     }
 
     template <class Action>
@@ -165,20 +159,21 @@ class BatchExperiment final : public internal::VisitedExperiment {
 
     void step(const RunsVisitor& take, std::int64_t k) {
       std::vector<Measurement> seen(Batch::kLanes);
-      std::vector<internal::plugged::InputOf<World>> inputs;
+      std::vector<std::optional<Input>> drawn(Batch::kLanes);
       each(take, k, [&](Index i, Lane& lane) {
         NoiseDraw process = noise(i, k, NoisePurpose::process);
         lane.truth = e_.world_.step(lane.truth, k, process);
+        NoiseDraw input = noise(i, k, NoisePurpose::process, internal::plugged::kInputSlots);
+        drawn[static_cast<std::size_t>(i)] = internal::plugged::input_of(e_.world_, lane.truth, k, input);
         NoiseDraw measurement = noise(i, k, NoisePurpose::measurement);
         seen[static_cast<std::size_t>(i)] =
             lane.line.pass(Measurement(e_.world_.measure(lane.truth, k, measurement))).value_or(std::nullopt);
       });
-      for (Index i = 0; i < std::ssize(lanes_); ++i) {
-        NoiseDraw draw = noise(i, k, NoisePurpose::process, internal::plugged::kInputSlots);
-        inputs.push_back(
-            internal::plugged::input_of(e_.world_, lanes_[static_cast<std::size_t>(i)].truth, k, draw));
-      }
-      inputs.resize(Batch::kLanes, inputs.front());
+      const auto first =
+          std::ranges::find_if(drawn, [](const std::optional<Input>& input) { return input.has_value(); });
+      if (first == drawn.end()) return;
+      std::vector<Input> inputs;
+      for (const std::optional<Input>& input : drawn) inputs.push_back(input.value_or(**first));
       guarded([&] {
         predict(inputs);
         batch_.update(std::span<const Measurement>(seen));
@@ -190,7 +185,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
       show(take, k);
     }
 
-    void predict(const std::vector<internal::plugged::InputOf<World>>& inputs) {
+    void predict(const std::vector<Input>& inputs) {
       if constexpr (internal::HasTimeStep<World> && internal::HasInput<World>) {
         batch_.predict(std::span(inputs), e_.world_.dt());
       } else if constexpr (internal::HasTimeStep<World>) {

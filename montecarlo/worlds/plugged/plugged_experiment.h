@@ -34,6 +34,21 @@ Vector vector_of(const Measurement& z) {
   }
 }
 
+/// What an action threw, in words; nothing where it did not. A stop goes on.
+template <class Action>
+std::optional<std::string> thrown_by(const Action& action) {
+  try {
+    action();
+    return std::nullopt;
+  } catch (const Stopped&) {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "an exception that is no std::exception";
+  }
+}
+
 /// Puts what a filter shows after a step beside the truth; `diverged` where it is not finite. `chosen`: it
 /// has the states of the layout that are in `shown`, in their order, and not all of them.
 template <class World>
@@ -179,17 +194,9 @@ class PluggedExperiment final : public internal::VisitedExperiment {
    private:
     template <class Action>
     bool guarded(const Action& action) {
-      try {
-        action();
-        return true;
-      } catch (const internal::Stopped&) {
-        throw;
-      } catch (const std::exception& error) {
-        said_ = error.what();
-      } catch (...) {
-        said_ = "an exception that is no std::exception";
-      }
-      return false;
+      std::optional<std::string> thrown = internal::plugged::thrown_by(action);
+      if (thrown) said_ = std::move(*thrown);
+      return !thrown;
     }
 
     NoiseDraw noise(std::int64_t k, NoisePurpose purpose, std::int64_t slot = 0) const {

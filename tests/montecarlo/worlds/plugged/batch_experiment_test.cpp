@@ -56,6 +56,7 @@ class FourLanes {
     for (std::size_t i = 0; i < lanes_.size(); ++i) {
       if (!z[i]) continue;
       if (throws_above < std::abs((*z[i])[0])) throw std::runtime_error("too far");
+      if (throws_a_number) throw 42;
       good_[i] = lanes_[i].update(*z[i]) && std::abs((*z[i])[0]) < fails_above;
     }
   }
@@ -66,6 +67,7 @@ class FourLanes {
   bool good(int lane) const { return good_[static_cast<std::size_t>(lane)]; }
 
   double fails_above = 1e9, throws_above = 1e9;
+  bool throws_a_number = false;
 
  private:
   const FunctionEkf& at(int lane) const { return lanes_[static_cast<std::size_t>(lane)]; }
@@ -128,6 +130,49 @@ TEST(BatchExperiment, AnExceptionEndsTheRunsOfItsBatch) {
   const std::vector<Outcome> outcomes = batch.visit_runs(0, 6, [](std::int64_t, const TraceStep&) {});
   EXPECT_EQ(outcomes.size(), 6U);
   EXPECT_THAT(outcomes, Each(Outcome::threw));
+}
+
+TEST(BatchExperiment, WhatIsThrownNeedNotBeAnException) {
+  const FunctionModel model = swing();
+  const BatchExperiment batch(SometimesSeen(model),
+                              [&] {
+                                FourLanes lanes(model);
+                                lanes.throws_a_number = true;
+                                return lanes;
+                              },
+                              {.steps = 20});
+  EXPECT_THAT(batch.visit_runs(0, 6, [](std::int64_t, const TraceStep&) {}), Each(Outcome::threw));
+}
+
+/// Its input is not known where the state is large.
+struct SometimesSteered : SometimesSeen {
+  using SometimesSeen::SometimesSeen;
+  double input(const Vector& x, std::int64_t, NoiseDraw&) const {
+    if (std::abs(x[0]) > 1.3) throw std::runtime_error("no input");
+    return 0.0;
+  }
+};
+
+TEST(BatchExperiment, AnExceptionOfTheWorldEndsItsRunAlone) {
+  const FunctionModel model = swing();
+  struct Steered : FourLanes {
+    using FourLanes::FourLanes;
+    void predict(std::span<const double>) { FourLanes::predict(); }
+  };
+  struct SteeredEkf : FunctionEkf {
+    using FunctionEkf::FunctionEkf;
+    void predict(double) { FunctionEkf::predict(); }
+  };
+  const PlugSettings settings{.steps = 20};
+  const SometimesSteered world(model);
+  const PluggedExperiment alone(
+      world, [&] { return SteeredEkf(model); }, settings);
+  const BatchExperiment batch(
+      world, [&] { return Steered(model); }, settings);
+  const StudyStatistics s = batch.run_chunk(0, 64);
+  EXPECT_GT(s.failures.size(), 0U);
+  EXPECT_LT(s.failures.size(), 64U);
+  EXPECT_EQ(s, alone.run_chunk(0, 64));
 }
 
 }  // namespace
