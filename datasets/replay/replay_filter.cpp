@@ -46,6 +46,17 @@ std::vector<ReplayAnchor> placed(const std::vector<int>& anchors, const std::vec
 double position_trace(const Matrix& P) { return P(0, 0) + P(1, 1); }
 double landmarks_trace(const Matrix& P) { return P.diagonal().tail(P.rows() - 3).sum(); }
 
+/// Of a position or landmark that starts at `row`; nothing for one that the update of K only added.
+ReplayGain gain_of_rows(const Matrix& K, Index row) {
+  ReplayGain gain;
+  if (row + 2 > K.rows()) return gain;
+  for (Index column = 0; column + 1 < K.cols(); column += 2) {
+    gain.range += K.block(row, column, 2, 1).squaredNorm();
+    gain.bearing += K.block(row, column + 1, 2, 1).squaredNorm();
+  }
+  return {std::sqrt(gain.range), std::sqrt(gain.bearing)};
+}
+
 }  // namespace
 
 ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& start)
@@ -260,31 +271,23 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
   return true;
 }
 
-ReplayGain ReplayFilter::gain_of_rows(Index row) const {
-  const Matrix K = filter_->gain();
-  ReplayGain gain;
-  // Landmarks that this very update added have no rows in its gain.
-  if (filter_->innovation().size() == 0 || row + 2 > K.rows()) return gain;
-  for (Index column = 0; column + 1 < K.cols(); column += 2) {
-    gain.range += K.block(row, column, 2, 1).squaredNorm();
-    gain.bearing += K.block(row, column + 1, 2, 1).squaredNorm();
-  }
-  return {std::sqrt(gain.range), std::sqrt(gain.bearing)};
-}
+// K of the last update, nothing where it corrected nothing.
+Matrix ReplayFilter::gain() const { return filter_->innovation().size() == 0 ? Matrix() : filter_->gain(); }
 
-std::vector<ReplayLandmark> ReplayFilter::map_now() const {
+std::vector<ReplayLandmark> ReplayFilter::map_now(const Matrix& K) const {
   std::vector<ReplayLandmark> map;
   for (const int id : filter_->landmarks()) {
     const Index offset = filter_->offset_of(id);
     map.push_back({survey_of_[static_cast<std::size_t>(id)], filter_->state().segment<2>(offset),
-                   filter_->covariance().block<2, 2>(offset, offset), gain_of_rows(offset)});
+                   filter_->covariance().block<2, 2>(offset, offset), gain_of_rows(K, offset)});
   }
   return map;
 }
 
 void ReplayFilter::record_step(double time_s) {
+  const Matrix K = gain();
   result_.steps.push_back(
-      {time_s, filter_->pose(), filter_->covariance().topLeftCorner<3, 3>(), gain_of_rows(0), map_now()});
+      {time_s, filter_->pose(), filter_->covariance().topLeftCorner<3, 3>(), gain_of_rows(K, 0), map_now(K)});
 }
 
 // ----------------------------------------------------------------------------------------------- comparison
@@ -359,7 +362,7 @@ ReplayResult ReplayFilter::finish() {
     result_.heading_rmse_deg =
         std::sqrt(squared_heading_error_ / static_cast<double>(headings_)) / kRadiansPerDegree;
 
-  result_.map = map_now();
+  result_.map = map_now(gain());
   const Index map_size = 2 * static_cast<Index>(result_.map.size());
   result_.map_covariance = filter_->covariance().bottomRightCorner(map_size, map_size);
   std::vector<Point> truth, estimate;

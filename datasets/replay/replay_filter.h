@@ -80,9 +80,9 @@ class ReplayFilter {
   std::vector<int> known_ids() const;
   RangeBearing corrected(const RangeBearing& z) const;
   bool update(std::span<const Candidate> candidates, double time_s);
+  Matrix gain() const;
   void record_step(double time_s);
-  ReplayGain gain_of_rows(Index row) const;
-  std::vector<ReplayLandmark> map_now() const;
+  std::vector<ReplayLandmark> map_now(const Matrix& K) const;
 
   ReplaySettings settings_;
   Vehicle vehicle_;
