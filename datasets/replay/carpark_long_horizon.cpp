@@ -10,7 +10,7 @@
 #include "core/filters/ekf_slam.h"
 #include "core/manifold/angle.h"
 #include "core/stop_point.h"
-#include "datasets/replay/carpark_association.h"
+#include "datasets/replay/carpark_replay.h"
 
 namespace credence::internal {
 namespace {
@@ -181,8 +181,7 @@ LongHorizonResult carpark_long_horizon(const CarparkLog& log, const ReplaySettin
   if (plan.scan_stride < 1)
     throw std::invalid_argument(fmt::format("scan_stride {} must be >= 1", plan.scan_stride));
 
-  const auto scans = associate_by_survey(log, carpark_settings().initial.heading_deg * kRadiansPerDegree);
-  check_association(scans);
+  const std::vector<ScanObservations> scans = carpark_scans(log);
   const std::vector<Station> stations = stations_of(log, scans, plan.scan_stride);
   const double steering = settings.noise.steering_std_deg * kRadiansPerDegree;
   const double speed = settings.noise.speed_std;

@@ -8,15 +8,32 @@
 
 namespace credence::internal {
 
-ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings) {
+namespace {
+
+void require_car(const ReplaySettings& settings) {
   check_replay_settings(settings);
   if (settings.vehicle != VehicleKind::car)
     throw std::invalid_argument("the car park needs the settings of a car");
-  const double heading = settings.initial.heading_deg * kRadiansPerDegree;
-  const std::vector<ScanObservations> scans =
+}
+
+}  // namespace
+
+std::vector<ScanObservations> carpark_scans(const CarparkLog& log) {
+  std::vector<ScanObservations> scans =
       associate_by_survey(log, carpark_settings().initial.heading_deg * kRadiansPerDegree);
   check_association(scans);
+  return scans;
+}
 
+ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings) {
+  require_car(settings);
+  return replay_carpark(log, carpark_scans(log), settings);
+}
+
+ReplayResult replay_carpark(const CarparkLog& log, const std::vector<ScanObservations>& scans,
+                            const ReplaySettings& settings) {
+  require_car(settings);
+  const double heading = settings.initial.heading_deg * kRadiansPerDegree;
   ReplayStart start;
   start.time_s = log.events.front().time_s;
   start.pose = carpark_start(log, heading);

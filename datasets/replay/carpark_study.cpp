@@ -102,6 +102,7 @@ CarparkStudy run_carpark_study(const CarparkLog& log, const ReplaySettings& sett
   for (const CarparkVariant& variant : carpark_variants())
     if (variant.anchors == 0) study.horizon.push_back({variant, {}});
 
+  const std::vector<ScanObservations> scans = carpark_scans(log);
   const int replays = static_cast<int>(study.runs.size()), horizons = static_cast<int>(study.horizon.size());
   // The long ones first, so that no thread waits for one begun last.
   const auto task = [&](int i) {
@@ -110,7 +111,7 @@ CarparkStudy run_carpark_study(const CarparkLog& log, const ReplaySettings& sett
       run.result = carpark_long_horizon(log, settings_of(settings, run.variant, both.front()), options.plan);
     } else {
       CarparkVariantRun& run = study.runs[static_cast<std::size_t>(i - horizons)];
-      run.result = replay_carpark(log, settings_of(settings, run.variant, run.initial));
+      run.result = replay_carpark(log, scans, settings_of(settings, run.variant, run.initial));
     }
   };
   std::mutex mutex;

@@ -189,10 +189,10 @@ ReplayedLog replayed_log(CarparkLog log, const ReplaySettings& settings) {
         "tune with filter.gate = 0",
         settings.filter.gate));
   }
+  auto scans = std::make_shared<const std::vector<ScanObservations>>(carpark_scans(log));
   return {"carpark", settings,
-          [log = std::make_shared<const CarparkLog>(std::move(log))](const ReplaySettings& s) {
-            return replay_carpark(*log, s);
-          }};
+          [log = std::make_shared<const CarparkLog>(std::move(log)),
+           scans = std::move(scans)](const ReplaySettings& s) { return replay_carpark(*log, *scans, s); }};
 }
 
 ReplayedLog replayed_log(MrclamLog log, const ReplaySettings& settings) {
