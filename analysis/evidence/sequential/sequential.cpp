@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/require.h"
+#include "analysis/laws/scores/log_mean_exp.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -24,10 +25,7 @@ void require_rule(const StopRule& rule) {
 }
 
 double log_mean(double a, double b) {
-  const double largest = std::max(a, b);
-  if (std::isnan(a) || std::isnan(b)) return kNaN;
-  if (std::isinf(largest)) return largest;
-  return largest + std::log(0.5 * (std::exp(a - largest) + std::exp(b - largest)));
+  return std::isnan(a) || std::isnan(b) ? kNaN : log_mean_exp(std::array{a, b});
 }
 
 // The direction of the strongest evidence among the steps and their sum.
@@ -125,9 +123,7 @@ StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
   decision.p_value = std::isnan(decision.log_e_value) ? decision.log_e_value
                                                       : std::min(1.0, std::exp(-decision.log_e_value));
   decision.mean_nees = mean_nees_of(prefix, rule.confidence);
-  const auto scale = [&] {
-    return scale_confidence_sequence(prefix.nees, prefix.nees_dof, false, rule.confidence);
-  };
+  const auto scale = [&] { return scale_confidence_sequence(prefix.nees, prefix.nees_dof, rule.confidence); };
   if (rule.consistent_within > 0.0) decision.scale = scale();
 
   // Half of α at any look, half at the last.

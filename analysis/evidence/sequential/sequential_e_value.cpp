@@ -79,8 +79,8 @@ Sums collect(std::span<const Moments> per_step, std::span<const double> dofs) {
   return sums;
 }
 
-// With all sums divided by `scale`: the evidence against the covariance scale · P.
-double log_e(const Sums& sums, double scale, bool white) {
+// Of the steps, with all sums divided by `scale`: the evidence against the covariance scale · P.
+double log_e(const Sums& sums, double scale) {
   if (sums.sum.empty()) return 0.0;
   Mixture mixture;
   std::vector<double> logs;
@@ -89,9 +89,7 @@ double log_e(const Sums& sums, double scale, bool white) {
     logs.push_back(mixture.log_e(sums.sum[k] / scale, sums.dof[k]));
     if (std::isnan(logs.back())) return kNaN;
   }
-  const double steps = log_mean_exp(logs);
-  if (!white) return steps;
-  return log_mean_exp(std::array{steps, mixture.log_e(sums.total_sum / scale, sums.total_dof)});
+  return log_mean_exp(logs);
 }
 
 }  // namespace
@@ -104,26 +102,28 @@ double log_e_value(double sum, double dof) {
 }
 
 double log_e_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step) {
-  return log_e(collect(per_step, total_dof_per_step), 1.0, false);
+  return log_e(collect(per_step, total_dof_per_step), 1.0);
 }
 
 double log_e_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step) {
-  return log_e(collect(per_step, total_dof_per_step), 1.0, true);
+  const Sums sums = collect(per_step, total_dof_per_step);
+  const double steps = log_e(sums, 1.0);
+  if (sums.sum.empty() || std::isnan(steps)) return steps;
+  return log_mean_exp(std::array{steps, Mixture().log_e(sums.total_sum, sums.total_dof)});
 }
 
 ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
-                                          std::span<const double> total_dof_per_step, bool white,
-                                          double confidence) {
+                                          std::span<const double> total_dof_per_step, double confidence) {
   require_confidence(confidence);
   const Sums sums = collect(per_step, total_dof_per_step);
   if (sums.total_dof == 0.0) return {0.0, kInfinity};
-  if (!std::isfinite(sums.total_sum) || std::isnan(log_e(sums, 1.0, white))) return {kNaN, kNaN};
+  if (!std::isfinite(sums.total_sum) || std::isnan(log_e(sums, 1.0))) return {kNaN, kNaN};
   if (sums.total_sum == 0.0) return {0.0, 0.0};
 
   // ln E is convex in 1/scale, so the factors not refuted are an interval around the least refuted one; its
   // end at 1/scale → 0 may not exist, as S = 0 has a bounded likelihood ratio.
   const double limit = -std::log(1.0 - confidence);
-  const auto excess = [&](double log_scale) { return log_e(sums, std::exp(log_scale), white) - limit; };
+  const auto excess = [&](double log_scale) { return log_e(sums, std::exp(log_scale)) - limit; };
   const double centre = std::log(sums.total_sum / sums.total_dof);
   double best = boost::math::tools::brent_find_minima(excess, centre - 5.0, centre + 5.0, 20).first;
   if (excess(best) > 0.0) {  // a step far from the others: each is fitted best by its own factor

@@ -34,10 +34,9 @@ double log_e_nis(std::span<const Moments> per_step, std::span<const double> tota
 
 /// The factors c for which "the errors are those of the covariance c P at every step" is not refuted: with
 /// probability `confidence` it holds the true c for all prefixes of the runs at once (a confidence sequence).
-/// white: use the sum over steps too, as log_e_nis. [0, ∞) without data; NaN where no common
+/// [0, ∞) without data; NaN where no common
 /// factor fits all steps, or for sums that are not finite.
 ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
-                                          std::span<const double> total_dof_per_step, bool white,
-                                          double confidence);
+                                          std::span<const double> total_dof_per_step, double confidence);
 
 }  // namespace credence::internal

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -111,25 +110,6 @@ Joint single_test(double alpha) {
       .step_level = alpha, .overall_level = alpha, .p_value = [](double, double overall) { return overall; }};
 }
 
-double two_sided_normal_p_value(double score) { return std::erfc(score / std::sqrt(2.0)); }
-
-// P(largest score ≥ that of p), with the draw itself among the draws so that p is never 0.
-Joint largest_score(double alpha, std::vector<double> draws) {
-  const std::size_t n = draws.size();
-  const std::size_t rank = static_cast<std::size_t>(std::ceil((1.0 - alpha) * static_cast<double>(n + 1)));
-  const double level = two_sided_normal_p_value(draws[std::min(n, std::max<std::size_t>(1, rank)) - 1]);
-  return {.step_level = level,
-          .overall_level = level,
-          .p_value = [draws = std::move(draws)](double smallest_step, double overall) {
-            const double p = std::min(smallest_step, overall);
-            const auto first = std::partition_point(draws.begin(), draws.end(), [p](double score) {
-              return two_sided_normal_p_value(score) > p;
-            });
-            const double above = static_cast<double>(draws.end() - first);
-            return (above + 1.0) / static_cast<double>(draws.size() + 1);
-          }};
-}
-
 // Holm's step-down procedure: the i-th smallest p-value (from 0) is compared with α / (T − i).
 std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double alpha) {
   std::vector<double> p_values;  // those that may be rejected
@@ -178,10 +158,9 @@ std::vector<StepTest> tested_steps(const ConsistencyVerdict& result) {
   return tested;
 }
 
-Joint join(const VerdictLaws& laws, const ConsistencyVerdict& result) {
+Joint join(const ConsistencyVerdict& result) {
   const double alpha = 1.0 - result.confidence;
   if (result.steps_tested == 1) return single_test(alpha);
-  if (laws.largest_scores) return largest_score(alpha, laws.largest_scores(tested_steps(result)));
   return union_bound(alpha, static_cast<double>(result.steps_tested));
 }
 
@@ -322,7 +301,7 @@ ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const
   add_steps(per_step, total_dof_per_step, result);
   result.reason = reason_not_to_judge(result);
   if (!result.reason.empty()) return result;
-  const Joint joint = join(laws, result);
+  const Joint joint = join(result);
   test_steps(laws, joint.step_level, result);
   summarise_steps(result);
   test_overall(laws, joint.overall_level, result);

@@ -36,14 +36,11 @@ struct VerdictLaws {
   /// Of the sum over all tested steps.
   std::function<SumLaw(const std::vector<StepTest>& tested)> overall;
   std::string method;
-  /// Optional: how the tests are joined. Given the tested steps (their dof and count), the largest |normal
-  /// score| over all tests in draws of a consistent filter, ascending. Empty: each half by the union bound.
-  std::function<std::vector<double>(const std::vector<StepTest>& tested)> largest_scores = {};
   const RunAverages* runs = nullptr;  ///< compares these whole runs instead of `overall`
 };
 
-/// Joins the tests of every step and of the sum: by default the steps by Bonferroni, steps and sum each at
-/// half the level; else by the law of their largest score. Input, errors and degenerate cases as judge_nees.
+/// Joins the tests of every step and of the sum: the steps by Bonferroni, steps and sum each at half the
+/// level. Input, errors and degenerate cases as judge_nees.
 ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
                               double confidence, const VerdictLaws& laws);
 

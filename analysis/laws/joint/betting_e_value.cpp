@@ -20,30 +20,13 @@ double chi_square_excess(double dof, double strike) {
   return chi_square_survival(dof * strike, dof + 2.0) - strike * chi_square_survival(dof * strike, dof);
 }
 
-BettingPrices betting_prices(std::span<const StepDofs> dofs) {
-  double total = 0.0;
-  for (const StepDofs& step : dofs) {
-    require_positive("dof", step.dof);
-    if (step.steps < 0) throw std::invalid_argument(fmt::format("steps = {} must be >= 0", step.steps));
-    total += step.dof * static_cast<double>(step.steps);
-  }
-  if (total == 0.0) throw std::invalid_argument("a run without steps has no average");
+BettingPrices betting_prices(double least_dof) {
   BettingPrices prices;
   for (std::size_t i = 0; i < kPessimisticStrikes.size(); ++i) {
     const double strike = kPessimisticStrikes[i];
-    double excess = 0.0;
-    for (const StepDofs& step : dofs) {
-      if (step.steps == 0) continue;
-      excess += step.dof * static_cast<double>(step.steps) / total * chi_square_excess(step.dof, strike);
-    }
-    prices.price[i] = strike - 1.0 + excess;
+    prices.price[i] = strike - 1.0 + chi_square_excess(least_dof, strike);
   }
   return prices;
-}
-
-BettingPrices betting_prices(double least_dof) {
-  const StepDofs dofs{.dof = least_dof, .steps = 1};
-  return betting_prices(std::span(&dofs, 1));
 }
 
 void RunBetting::add(double run_average, const BettingPrices& prices) {
@@ -56,12 +39,6 @@ void RunBetting::add(double run_average, const BettingPrices& prices) {
     const double payoff = std::max(kPessimisticStrikes[i] - run_average, 0.0) / prices.price[i] - 1.0;
     for (const double share : kPessimisticShares) pessimistic_[bet++] += std::log1p(share * payoff);
   }
-}
-
-void RunBetting::merge(const RunBetting& later) {
-  runs_ += later.runs_;
-  for (std::size_t i = 0; i < optimistic_.size(); ++i) optimistic_[i] += later.optimistic_[i];
-  for (std::size_t i = 0; i < pessimistic_.size(); ++i) pessimistic_[i] += later.pessimistic_[i];
 }
 
 double RunBetting::log_optimistic() const { return log_mean_exp(optimistic_); }

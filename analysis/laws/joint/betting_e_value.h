@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
 /// @file
 /// Evidence against E X = 1 along the runs, proved for every dependence in time, every number of runs, and at
@@ -18,8 +17,7 @@
 /// order, and (b − x)⁺ is convex with mean π_b under that law (docs/statistics.md has the proof). So both
 /// are non-negative supermartingales along independent runs, and P(W⁺ ever ≥ 1/α) ≤ α, the same for W⁻ and
 /// for ½ (W⁺ + W⁻) ([Ville 1939]; Waudby-Smith and Ramdas, "Estimating means of bounded random variables by
-/// betting", J. R. Stat. Soc. B 2024). Unequal dofs in a run: π_b of their mean weighted by dof, see
-/// BettingRun.
+/// betting", J. R. Stat. Soc. B 2024). Unequal dofs in a run: π_b of the least.
 ///
 /// A share of almost one serves averages that vary little, small ones those that vary much;
 /// docs/statistics.md has the power measured.
@@ -35,23 +33,13 @@ inline constexpr std::array kPessimisticShares{0.3, 0.9};
 /// std::invalid_argument unless dof > 0 and strike ≥ 0 are finite.
 double chi_square_excess(double dof, double strike);
 
-/// Steps of a run that share a dof.
-struct StepDofs {
-  double dof = 0.0;        ///< n, of one step
-  std::int64_t steps = 0;  ///< how many
-};
-
 /// The prices π_b that the bets of a run need.
 struct BettingPrices {
   std::array<double, kPessimisticStrikes.size()> price{};
 };
 
-/// The prices for a run whose steps have these dofs: with weights w_k = n_k / Σ n the convex order holds for
-/// the mixture, so π_b = b − 1 + Σ_k w_k E(χ²(n_k)/n_k − b)⁺. To be kept for runs with the same dofs. Throws
-/// std::invalid_argument for no steps, a negative number of them, or a dof that is not finite and positive.
-BettingPrices betting_prices(std::span<const StepDofs> dofs);
-
-/// The dearest prices of a run whose steps have at least this dof: those of steps that all have it.
+/// The dearest prices of a run whose steps have at least this dof, those of steps that all have it. Throws
+/// std::invalid_argument unless it is finite and positive.
 BettingPrices betting_prices(double least_dof);
 
 /// The capital of all bets over the runs seen so far, in logarithms.
@@ -60,9 +48,6 @@ class RunBetting {
   /// The next run: its average, NaN counts as infinite evidence of nothing and makes the e-values NaN. The
   /// dofs must not depend on the errors. Costs ten logarithms.
   void add(double run_average, const BettingPrices& prices);
-  /// All runs of `later`, which follow those of this one. Associative up to rounding: merge in index order
-  /// for the same bits.
-  void merge(const RunBetting& later);
 
   std::int64_t runs() const { return runs_; }
   double log_optimistic() const;   ///< ln W⁺; 0 before the first run

@@ -55,8 +55,6 @@ struct JointTests {
 
   bool optimistic(double level) const { return optimistic_p_value <= level; }
   bool pessimistic(double level) const { return pessimistic_p_value <= level; }
-  bool mixed(double level) const { return optimistic(level) && pessimistic(level); }
-  bool other(double level) const { return other_p_value <= level; }
 };
 
 /// Joins the families. A family without data leaves its weight to the others, which is valid as long as what

@@ -105,35 +105,33 @@ TEST(SequentialEValue, OfBadSumsIsNoEvidenceOrInfinite) {
 }
 
 /// The evidence against the covariance `factor` P.
-double log_e_against(std::vector<Moments> steps, const std::vector<double>& dofs, double factor, bool white) {
+double log_e_against(std::vector<Moments> steps, const std::vector<double>& dofs, double factor) {
   for (Moments& step : steps) step.mean /= factor;
-  return white ? log_e_nis(steps, dofs) : log_e_nees(steps, dofs);
+  return log_e_nees(steps, dofs);
 }
 
 TEST(ScaleConfidenceSequence, EndsWhereTheEvidenceReachesItsBar) {
   const std::vector<Moments> steps{{.count = 60, .mean = 3.1}, {.count = 60, .mean = 2.6}, {}};
   const std::vector<double> dofs{120.0, 120.0, 0.0};
-  for (const bool white : {false, true}) {
-    for (const double confidence : {0.9, 0.99}) {
-      const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, white, confidence);
-      const double bar = -std::log(1.0 - confidence);
-      EXPECT_NEAR(log_e_against(steps, dofs, scale.lower, white), bar, 1e-6);
-      EXPECT_NEAR(log_e_against(steps, dofs, scale.upper, white), bar, 1e-6);
-      EXPECT_LT(log_e_against(steps, dofs, std::sqrt(scale.lower * scale.upper), white), bar);
-      EXPECT_GT(scale.lower, 0.8);
-      EXPECT_LT(scale.upper, 3.0);
-    }
+  for (const double confidence : {0.9, 0.99}) {
+    const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, confidence);
+    const double bar = -std::log(1.0 - confidence);
+    EXPECT_NEAR(log_e_against(steps, dofs, scale.lower), bar, 1e-6);
+    EXPECT_NEAR(log_e_against(steps, dofs, scale.upper), bar, 1e-6);
+    EXPECT_LT(log_e_against(steps, dofs, std::sqrt(scale.lower * scale.upper)), bar);
+    EXPECT_GT(scale.lower, 0.8);
+    EXPECT_LT(scale.upper, 3.0);
   }
 }
 
 TEST(ScaleConfidenceSequence, MovesWithTheFactor) {
   std::vector<Moments> steps{{.count = 60, .mean = 3.1}, {.count = 60, .mean = 2.6}};
   const std::vector<double> dofs{120.0, 120.0};
-  const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, false, 0.95);
+  const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, 0.95);
   for (const double factor : {1e-9, 1e9}) {
     std::vector<Moments> scaled = steps;
     for (Moments& step : scaled) step.mean *= factor;
-    const ChiSquareBounds moved = scale_confidence_sequence(scaled, dofs, false, 0.95);
+    const ChiSquareBounds moved = scale_confidence_sequence(scaled, dofs, 0.95);
     EXPECT_NEAR(moved.lower / (factor * scale.lower), 1.0, 1e-8);
     EXPECT_NEAR(moved.upper / (factor * scale.upper), 1.0, 1e-8);
   }
@@ -142,26 +140,26 @@ TEST(ScaleConfidenceSequence, MovesWithTheFactor) {
 TEST(ScaleConfidenceSequence, HasNoUpperEndWhereErrorsOfZeroWouldNotRefuteIt) {
   // E of no error at all is Γ(a + d/2)/(Γ(a) a^{d/2}): 1 for two dof, far above 20 for forty.
   const std::vector<Moments> few{{.count = 1, .mean = 2.0}}, many{{.count = 20, .mean = 2.0}};
-  EXPECT_EQ(scale_confidence_sequence(few, std::vector{2.0}, false, 0.95).upper, kInfinite);
-  EXPECT_LT(scale_confidence_sequence(many, std::vector{40.0}, false, 0.95).upper, 3.0);
+  EXPECT_EQ(scale_confidence_sequence(few, std::vector{2.0}, 0.95).upper, kInfinite);
+  EXPECT_LT(scale_confidence_sequence(many, std::vector{40.0}, 0.95).upper, 3.0);
 }
 
 TEST(ScaleConfidenceSequence, SaysWhatItCannotTell) {
   const std::vector<double> dofs{4000.0, 4000.0};
   const auto of = [&](double first, double second) {
     const std::vector<Moments> steps{{.count = 2000, .mean = first}, {.count = 2000, .mean = second}};
-    return scale_confidence_sequence(steps, dofs, false, 0.95);
+    return scale_confidence_sequence(steps, dofs, 0.95);
   };
   EXPECT_TRUE(std::isnan(of(2.0, 20.0).lower)) << "no common factor";
   EXPECT_TRUE(std::isnan(of(2.0, 20.0).upper));
   EXPECT_TRUE(std::isnan(of(2.0, kInfinite).lower));
   EXPECT_TRUE(std::isnan(of(2.0, std::nan("")).upper));
   EXPECT_TRUE(std::isnan(of(2.0, -2.0).upper));
-  const ChiSquareBounds nothing = scale_confidence_sequence({}, {}, false, 0.95);
+  const ChiSquareBounds nothing = scale_confidence_sequence({}, {}, 0.95);
   EXPECT_EQ(nothing.lower, 0.0);
   EXPECT_EQ(nothing.upper, kInfinite);
-  EXPECT_THROW(scale_confidence_sequence({}, {}, false, 1.0), std::invalid_argument);
-  EXPECT_THROW(scale_confidence_sequence({}, dofs, false, 0.95), std::invalid_argument);
+  EXPECT_THROW(scale_confidence_sequence({}, {}, 1.0), std::invalid_argument);
+  EXPECT_THROW(scale_confidence_sequence({}, dofs, 0.95), std::invalid_argument);
 }
 
 TEST(ScaleConfidenceSequence, FindsAFactorFarFromTheMean) {
@@ -169,7 +167,7 @@ TEST(ScaleConfidenceSequence, FindsAFactorFarFromTheMean) {
   std::vector<Moments> steps(20'000, Moments{.count = 1, .mean = 3.0});
   steps[7].mean = 1e6;
   const std::vector<double> dofs(steps.size(), 3.0);
-  const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, false, 0.95);
+  const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, 0.95);
   EXPECT_GT(scale.lower, 1e4);
   EXPECT_LT(scale.lower, 1e5);
   EXPECT_EQ(scale.upper, HUGE_VAL);

@@ -131,27 +131,6 @@ TEST(ConsistencyJudge, BothDirectionsAtDifferentStepsAreMixed) {
   EXPECT_EQ(result.steps_rejected, 4);  // Holm: exp(−8) ≤ 0.1 / 2, exp(0) > 0.1
 }
 
-TEST(ConsistencyJudge, TheLawOfTheLargestScoreSetsLevelAndPValue) {
-  VerdictLaws laws = exponential_laws();
-  laws.largest_scores = [](const std::vector<StepTest>& tested) {
-    EXPECT_EQ(tested.size(), 2U);
-    std::vector<double> draws;
-    for (int i = 1; i <= 19; ++i) draws.push_back(0.2 * i);
-    return draws;
-  };
-  // Twelve of the draws, from 1.6 on, have a p-value below exp(−2) = P(|z| > 1.494); a step without data is
-  // none of those that are joined.
-  const std::vector<double> dofs = {10.0, 0.0, 10.0};
-  const ConsistencyVerdict result = judge_sums(single_values({12.0, 5.0, 10.0}), dofs, 0.9, laws);
-  EXPECT_NEAR(result.optimistic_p_value, 13.0 / 20.0, 1e-15);
-  EXPECT_NEAR(result.pessimistic_p_value, 1.0 / 20.0 * (19.0 + 1.0), 1e-15);
-  // The level is that of the 18th of 19 draws: ceil(0.9 · 20).
-  const double level = std::erfc(3.6 / std::sqrt(2.0));
-  EXPECT_NEAR(result.steps[0].simultaneous_upper, 10.0 - std::log(level), 1e-9);
-  EXPECT_NEAR(result.bounds.upper, 0.5 * (20.0 - std::log(level)), 1e-9);
-  EXPECT_EQ(result.steps_without_data, 1);
-}
-
 TEST(ConsistencyJudge, TheLawOfAStepIsThatOfItsDofAndCount) {
   VerdictLaws laws = exponential_laws();
   laws.step = [](double dof, double count) { return exponential_law(dof + 100.0 * count); };
