@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "core/linear_algebra/small_cholesky.h"
+#include "core/record/nees_solver.h"
 #include "core/record/normalised_step.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
-#include "montecarlo/worlds/planar/covariance_statistics.h"
 
 namespace credence::internal {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "montecarlo/worlds/planar/covariance_statistics.h"
+#include "core/record/nees_solver.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
 namespace credence::internal {
