@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
@@ -76,7 +77,6 @@ NormalisedError normalised_error(VectorRef error, MatrixRef P) {
     }
     // |P_ij|² ≤ P_ii P_jj: a covariance with a known state must be zero.
     if (P.row(i).cwiseAbs().maxCoeff() > 0.0) return failure("a zero variance has a covariance");
-    result.zero_variance.push_back(i);
     leaves_range = leaves_range || std::abs(error(i)) > kCertainError;
   }
 

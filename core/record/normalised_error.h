@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string_view>
-#include <vector>
 
 #include "core/types.h"
 
@@ -14,7 +13,6 @@ struct NormalisedError {
   double value = 0.0;  ///< infinite if the error leaves the range of P: P claims a certainty that is wrong
   Index dof = 0;       ///< rank of P
   Vector whitened;     ///< dof values, independent N(0, 1) under consistency; value is their squared norm
-  std::vector<Index> zero_variance;  ///< states of zero variance: they lower the dof
 };
 
 /// eᵀ P⁺ e over the range of P, with its dof (theory, section 7, "rank-aware").
