@@ -30,32 +30,29 @@ void assign(SlamEstimator& to, const SlamEstimator& from) {
   static_cast<Estimator&>(to) = static_cast<const Estimator&>(from);
 }
 
+template <class Estimator, auto... kOptions>
+constexpr EstimatorKind kind(std::string_view name, std::string_view meaning) {
+  return {name, meaning, make<Estimator, kOptions...>, assign<Estimator>};
+}
+
 constexpr EstimatorKind kKinds[] = {
-    {"ekf", "Jacobians at the newest estimates", make<EkfEstimator>, assign<EkfEstimator>},
-    {"ideal", "Jacobians at the truth: the yardstick", make<IdealEstimator>, assign<IdealEstimator>},
-    {"fej", "Jacobians at the first estimates", make<FejEstimator>, assign<FejEstimator>},
-    {"oc", "Jacobians at the nearest points that keep what is unobservable", make<OcEstimator>,
-     assign<OcEstimator>},
-    {"invariant", "right-invariant error on SE(2) with the landmarks", make<InvariantEstimator>,
-     assign<InvariantEstimator>},
-    {"invariant-left", "left-invariant error", make<InvariantEstimator, InvariantReset::left>,
-     assign<InvariantEstimator>},
-    {"invariant-reset", "invariant error, left or right, P moved to the chart of the new estimate",
-     make<InvariantEstimator, InvariantReset::full>, assign<InvariantEstimator>},
-    {"iterated", "Gauss-Newton correction", make<IteratedEstimator>, assign<IteratedEstimator>},
-    {"ukf", "sigma points", make<UkfEstimator>, assign<UkfEstimator>},
-    {"ukf-manifold", "sigma points of the right-invariant error", make<UkfManifoldEstimator>,
-     assign<UkfManifoldEstimator>},
-    {"ukf-manifold-left", "sigma points of the left-invariant error",
-     make<UkfManifoldEstimator, InvariantReset::left>, assign<UkfManifoldEstimator>},
-    {"schmidt", "EKF that only considers landmarks after some observations", make<SchmidtEstimator>,
-     assign<SchmidtEstimator>},
-    {"intersection", "split covariance intersection, no correlations kept", make<IntersectionEstimator>,
-     assign<IntersectionEstimator>},
-    {"smoother", "Gauss-Newton over a sliding window, marginalised", make<SmootherEstimator>,
-     assign<SmootherEstimator>},
-    {"smoother-fej", "the same with first-estimate Jacobians", make<SmootherEstimator, true>,
-     assign<SmootherEstimator>},
+    kind<EkfEstimator>("ekf", "Jacobians at the newest estimates"),
+    kind<IdealEstimator>("ideal", "Jacobians at the truth: the yardstick"),
+    kind<FejEstimator>("fej", "Jacobians at the first estimates"),
+    kind<OcEstimator>("oc", "Jacobians at the nearest points that keep what is unobservable"),
+    kind<InvariantEstimator>("invariant", "right-invariant error on SE(2) with the landmarks"),
+    kind<InvariantEstimator, InvariantReset::left>("invariant-left", "left-invariant error"),
+    kind<InvariantEstimator, InvariantReset::full>(
+        "invariant-reset", "invariant error, left or right, P moved to the chart of the new estimate"),
+    kind<IteratedEstimator>("iterated", "Gauss-Newton correction"),
+    kind<UkfEstimator>("ukf", "sigma points"),
+    kind<UkfManifoldEstimator>("ukf-manifold", "sigma points of the right-invariant error"),
+    kind<UkfManifoldEstimator, InvariantReset::left>("ukf-manifold-left",
+                                                     "sigma points of the left-invariant error"),
+    kind<SchmidtEstimator>("schmidt", "EKF that only considers landmarks after some observations"),
+    kind<IntersectionEstimator>("intersection", "split covariance intersection, no correlations kept"),
+    kind<SmootherEstimator>("smoother", "Gauss-Newton over a sliding window, marginalised"),
+    kind<SmootherEstimator, true>("smoother-fej", "the same with first-estimate Jacobians"),
 };
 
 }  // namespace
