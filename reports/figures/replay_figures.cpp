@@ -14,9 +14,7 @@
 namespace credence::internal {
 namespace {
 
-bool has_heading(const ReplayResult& r) { return !r.references.empty() && r.references.front().dof == 3; }
-
-const char* reference_name(const ReplayResult& r) { return has_heading(r) ? "motion capture" : "GPS"; }
+const char* reference_name(const ReplayResult& r) { return has_true_heading(r) ? "motion capture" : "GPS"; }
 
 /// Error of one coordinate of the vehicle against the reference, with 2σ of the filter.
 Panel vehicle_panel(const ReplayResult& r, Index i, const char* title) {
@@ -144,7 +142,7 @@ Panel nis_panel(const ReplayResult& r) {
 
 Panel replay_map_panel(const std::string& title, const ReplayResult& r) {
   Panel panel{.title = title, .x_label = "east x (m)", .y_label = "north y (m)", .equal_aspect = true};
-  if (has_heading(r)) panel.x_label = "x (m)", panel.y_label = "y (m)";
+  if (has_true_heading(r)) panel.x_label = "x (m)", panel.y_label = "y (m)";
   // Coordinate 0 or 1 of places, or of what has one.
   const auto coordinates = [](Index i, const auto& items, auto place) {
     return figure_data(items, [&](const auto& item) { return std::invoke(place, item)[i]; });
@@ -185,7 +183,7 @@ Figure replay_run_figure(const std::string& name, const std::string& caption, co
       gain_panel(r, "Gain of the bearing", "‖K‖ (m/rad)", [](const ReplayGain& g) { return g.bearing; }),
       trace_panel(r),
       nis_panel(r)};
-  if (has_heading(r)) {
+  if (has_true_heading(r)) {
     figure.rows = 5;
     figure.panels.insert(figure.panels.begin() + 2, vehicle_panel(r, 2, "Vehicle error in heading"));
   }
