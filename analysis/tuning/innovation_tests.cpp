@@ -27,7 +27,7 @@ ConsistencyVerdict judge_sum(std::span<const RecordedInnovations> runs, double c
 GoodnessOfFit test_law(std::span<const RecordedInnovations> runs) {
   std::vector<double> all;
   for (const RecordedInnovations& run : runs) all.insert(all.end(), run.nis.begin(), run.nis.end());
-  return test_uniform(nis_to_uniform(all, std::vector<double>(all.size(), runs.front().dof)));
+  return test_uniform(nis_to_uniform(all, runs.front().dof));
 }
 
 /// The mean over stretches, as innovations that are not white make single values count too much.

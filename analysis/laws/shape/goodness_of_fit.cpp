@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -97,7 +97,7 @@ double kolmogorov_limit_survival(double z) {
     for (int j = 1; j <= 20; ++j) sum += (j % 2 == 1 ? 2.0 : -2.0) * std::exp(-2.0 * j * j * z * z);
     return sum;
   }
-  constexpr double kPi = 3.141592653589793;
+  constexpr double kPi = std::numbers::pi;
   double sum = 0.0;
   for (int j = 1; j <= 40; j += 2) sum += std::exp(-j * j * kPi * kPi / (8.0 * z * z));
   return 1.0 - std::sqrt(2.0 * kPi) / z * sum;
@@ -206,12 +206,9 @@ GoodnessOfFit test_uniform(std::vector<double> values) {
   return result;
 }
 
-std::vector<double> nis_to_uniform(std::span<const double> nis, std::span<const double> dof) {
-  if (nis.size() != dof.size()) {
-    throw std::invalid_argument(fmt::format("{} values of NIS but {} of dof", nis.size(), dof.size()));
-  }
+std::vector<double> nis_to_uniform(std::span<const double> nis, double dof) {
   std::vector<double> uniform(nis.size());
-  for (std::size_t i = 0; i < nis.size(); ++i) uniform[i] = chi_square_cdf(nis[i], dof[i]);
+  for (std::size_t i = 0; i < nis.size(); ++i) uniform[i] = chi_square_cdf(nis[i], dof);
   return uniform;
 }
 

@@ -38,7 +38,7 @@ double anderson_p_value(double a, std::int64_t n);
 /// one that is NaN or outside [0, 1]. A value of exactly 0 or 1 makes A² infinite and its p-value 0.
 GoodnessOfFit test_uniform(std::vector<double> values);
 
-/// F(nis[i]; dof[i]): the values that test_uniform wants. Sizes must agree (std::invalid_argument).
-std::vector<double> nis_to_uniform(std::span<const double> nis, std::span<const double> dof);
+/// F(nis[i]; dof): the values that test_uniform wants.
+std::vector<double> nis_to_uniform(std::span<const double> nis, double dof);
 
 }  // namespace credence::internal

@@ -60,7 +60,6 @@ TEST(GoodnessOfFit, BadDataGiveAReason) {
   EXPECT_EQ(edge.anderson_p_value, 0.0);
   EXPECT_GT(edge.kolmogorov_p_value, 0.5);
   EXPECT_THROW(kolmogorov_p_value(0.1, 0), std::invalid_argument);
-  EXPECT_THROW(nis_to_uniform(std::vector<double>{1.0}, std::vector<double>{}), std::invalid_argument);
 }
 
 struct Rates {
@@ -79,7 +78,8 @@ Rates rejection_rates(int values, double factor, double alpha, int studies, unsi
     for (std::size_t i = 0; i < nis.size(); ++i) {
       for (int j = 0; j < static_cast<int>(dof[i]); ++j) nis[i] += factor * std::pow(normal(generator), 2);
     }
-    const std::vector<double> uniform = nis_to_uniform(nis, dof);
+    std::vector<double> uniform;
+    for (std::size_t i = 0; i < nis.size(); ++i) uniform.push_back(chi_square_cdf(nis[i], dof[i]));
     UniformHistogram histogram;
     for (const double u : uniform) histogram.add(u);
     const GoodnessOfFit exact = test_uniform(uniform);
