@@ -5,10 +5,11 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/evidence/verdicts/verdict.h"
 #include "analysis/laws/chi_square/chi_square_cumulants.h"
 #include "analysis/laws/mean/student.h"
 #include "core/types.h"
+#include "montecarlo/engine/moments.h"
 #include "montecarlo/engine/skewed_moments.h"
 
 /// @file

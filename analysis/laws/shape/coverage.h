@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/evidence/verdicts/verdict.h"
 
 /// @file
 /// How often the truth lies in the kσ region that a covariance draws around the estimate (theory, section 7).
