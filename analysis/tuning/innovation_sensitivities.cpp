@@ -1,7 +1,6 @@
 #include "analysis/tuning/innovation_sensitivities.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/linear_algebra/cholesky.h"

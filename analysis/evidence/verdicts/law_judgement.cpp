@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "analysis/laws/mean/equivalence.h"
 #include "analysis/laws/mean/hall_score.h"

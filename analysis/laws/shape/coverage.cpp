@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
 #include <boost/math/distributions/binomial.hpp>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <stdexcept>
 #include <utility>
