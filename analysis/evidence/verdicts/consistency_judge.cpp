@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <iterator>
 #include <stdexcept>
-#include <utility>
 
 #include "analysis/laws/chi_square/chi_square_dependent_sum.h"
 #include "analysis/laws/mean/run_mean.h"
