@@ -72,6 +72,11 @@ std::string trusted_text(const ConsistencyVerdict& v) {
                      number_text(step.mean, 4));
 }
 
+std::string against_expected(const ConsistencyVerdict& v) {
+  if (v.count == 0) return "–";
+  return fmt::format("{} of {}", number_text(v.mean, 4), number_text(v.expected, 4));
+}
+
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
   if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
   return fmt::format(

@@ -26,6 +26,9 @@ std::string trusted_text(const ConsistencyVerdict& v);
 /// "map, pairwise" and the like.
 std::string filter_text(const FilterSettings& filter);
 
+/// "27.8 of 22.1": the mean, and what is expected.
+std::string against_expected(const ConsistencyVerdict& v);
+
 /// A verdict in words: its number, bounds, p-value and how many tests were made.
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);
 

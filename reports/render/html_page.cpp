@@ -67,11 +67,16 @@ std::string cell_html(const ReportTable& table, std::size_t column, const TableC
   constexpr std::size_t kShort = 32;  // columns of text that a cell need not break
   if (display_width(text) > kShort) classes += classes.empty() ? "long" : " long";
   std::string words = escape_html(text);
-  // "1.02 (0.98 … 1.06)": the interval goes below its number where the table would be too wide.
-  const std::size_t interval = words.find(" (");
-  if (!number && interval != std::string::npos && words.back() == ')' && words.find(' ') == interval) {
-    words = fmt::format("{}<span class=\"interval\">{}</span>", words.substr(0, interval + 1),
-                        words.substr(interval + 1));
+  // "1.02 (0.98 … 1.06)", "4.495 of 3.000 (optimistic)": what is in brackets goes below its number where the
+  // table would be too wide.
+  const std::size_t bracket = words.find(" (");
+  const bool one_word = words.find(' ') == bracket,
+             of_number = !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
+  if (!number && bracket != std::string::npos && words.back() == ')' && (one_word || of_number)) {
+    const std::string before = words.substr(0, bracket);
+    words = fmt::format("{} <span class=\"interval\">{}</span>",
+                        one_word ? before : fmt::format("<span class=\"interval\">{}</span>", before),
+                        words.substr(bracket + 1));
     classes += classes.empty() ? "with-interval" : " with-interval";
   }
   const bool linked = !cell.link.empty() && is_web_or_relative(cell.link);

@@ -38,12 +38,6 @@ TableCell failures_cell(const StudyStatistics& s) {
 
 bool is_unsafe(Verdict verdict) { return verdict == Verdict::optimistic || verdict == Verdict::mixed; }
 
-/// "27.8 of 22.1".
-std::string against_expected(const ConsistencyVerdict& v) {
-  if (v.count == 0) return "–";
-  return fmt::format("{} of {}", number_text(v.mean, 4), number_text(v.expected, 4));
-}
-
 std::string factor_text(const ConsistencyVerdict& nees) {
   const MeanInterval& f = nees.factor;
   if (!f.reason.empty()) return "–";

@@ -7,6 +7,8 @@
 #include <map>
 #include <numeric>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/append_item.h"
 #include "core/nan.h"
@@ -78,17 +80,24 @@ std::size_t longest_axis(const SweepPlan& plan) {
   return axis;
 }
 
-/// Values of the other axes, which a curve is named after.
-std::string label_of(const SweepPoint& point, std::size_t axis) {
+/// The other axes and their values, which a curve is named after: "inflation = map".
+std::string label_of(const SweepPlan& plan, const SweepPoint& point, std::size_t axis) {
   std::string label;
   for (std::size_t i = 0; i < point.values.size(); ++i) {
-    if (i != axis) append_item(label, swept_text(point.values[i]));
+    const std::string& path = plan.axes[i].path;
+    if (i != axis)
+      append_item(label,
+                  fmt::format("{} = {}", path.substr(path.rfind('.') + 1), swept_text(point.values[i])));
   }
   return label;
 }
 
 Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what, VerdictOf verdict) {
-  std::map<std::string, RatioCurve> curves;
+  std::vector<std::pair<std::string, RatioCurve>> curves;  // in the order of the sweep
+  const auto curve_of = [&](const std::string& label) -> RatioCurve& {
+    const auto found = std::ranges::find(curves, label, &std::pair<std::string, RatioCurve>::first);
+    return found != curves.end() ? found->second : curves.emplace_back(label, RatioCurve{}).second;
+  };
   ConsistencyBand band;
   const auto value_of = [&](std::size_t n) { return swept_number(sweep.point(n).values[axis]); };
   std::vector<std::size_t> order(sweep.studies.size());  // a line goes from left to right
@@ -99,7 +108,7 @@ Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what
     const SweepPoint& point = sweep.point(n);
     const double x = value_of(n);
     values.push_back(x);
-    curves[label_of(point, axis)].add(x, sweep.studies[n].*verdict);
+    curve_of(label_of(sweep.plan, point, axis)).add(x, sweep.studies[n].*verdict);
     band.add(x, sweep.studies[n].*verdict);
   }
   Panel panel{.title = what,
@@ -226,7 +235,7 @@ std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
   if (wide && (both_numeric || axis == plan.axes.size())) return heat_figures(sweep);
   if (axis == plan.axes.size()) return {};
   std::map<std::string, int> curves;
-  for (std::size_t n = 0; n < sweep.studies.size(); ++n) ++curves[label_of(sweep.point(n), axis)];
+  for (std::size_t n = 0; n < sweep.studies.size(); ++n) ++curves[label_of(plan, sweep.point(n), axis)];
   if (curves.size() <= kMostCurves) return curve_figures(sweep, axis);
   return plane ? heat_figures(sweep) : std::vector<Figure>{};
 }

@@ -164,6 +164,12 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
           fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
 }
 
+/// "4.495 of 3.000 (optimistic)"
+TableCell part_cell(const ConsistencyVerdict& v) {
+  const TableCell verdict = verdict_cell(v.verdict);
+  return {fmt::format("{} ({})", against_expected(v), verdict.text), verdict.tone};
+}
+
 ReportTable configuration_table(const SweepAnalysis& sweep) {
   using enum ColumnAlign;
   const SweepPlan& plan = sweep.plan;
@@ -172,13 +178,9 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
   for (const SweepAxis& axis : plan.axes) {
     table.columns.push_back({axis.path, std::isnan(swept_number(axis.values.front())) ? words : numbers});
   }
-  table.columns.insert(table.columns.end(),
-                       {{"verdict", words}, {"together", words}, {"mean NEES"}, {"expected"}});
-  if (has_pose)
-    table.columns.insert(table.columns.end(), {{"of the pose"}, {"expected"}, {"pose says", words}});
-  table.columns.insert(
-      table.columns.end(),
-      {{"mean NIS"}, {"expected"}, {"NIS says", words}, {"last tr P"}, {"runs"}, {"failed"}});
+  table.columns.insert(table.columns.end(), {{"verdict", words}, {"together", words}, {"NEES", words}});
+  if (has_pose) table.columns.push_back({"of the pose", words});
+  table.columns.insert(table.columns.end(), {{"NIS", words}, {"last tr P"}, {"runs"}, {"failed"}});
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;
@@ -186,19 +188,17 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
     row.insert(row.end(),
                {verdict_cell(overall_verdict(a)),
                 stands(a, sweep.p_values[i]) ? TableCell("stands") : TableCell("–", CellTone::muted),
-                a.nees.mean, a.nees.expected});
-    if (has_pose && a.vehicle_nees) {
-      row.insert(row.end(),
-                 {a.vehicle_nees->mean, a.vehicle_nees->expected, verdict_cell(a.vehicle_nees->verdict)});
-    } else if (has_pose) {
-      row.insert(row.end(), {"–", "–", "–"});
-    }
-    row.insert(row.end(), {a.nis.mean, a.nis.expected, verdict_cell(a.nis.verdict),
-                           a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
-                           a.statistics.runs, a.statistics.failures.size()});
+                against_expected(a.nees)});
+    if (has_pose) row.push_back(a.vehicle_nees ? part_cell(*a.vehicle_nees) : TableCell("–"));
+    row.insert(row.end(),
+               {part_cell(a.nis), a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
+                a.statistics.runs, a.statistics.failures.size()});
     table.add(std::move(row));
   }
-  if (!sweep.studies.empty()) table.notes.push_back(family_note(sweep));
+  if (!sweep.studies.empty()) {
+    table.notes.emplace_back("NEES, NIS: mean of expected, with the verdict of that part alone.");
+    table.notes.push_back(family_note(sweep));
+  }
   if (std::string note = unsettled_note(sweep); !note.empty()) table.notes.push_back(std::move(note));
   if (sweep.studies.size() < plan.points.size()) {
     table.notes.push_back(

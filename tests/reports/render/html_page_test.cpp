@@ -135,7 +135,8 @@ TEST(HtmlPage, TablesSayAndColourVerdicts) {
 
 TEST(HtmlPage, AnIntervalMayGoBelowItsNumber) {
   ReportTable table{"NEES", {{"of the pose", ColumnAlign::words}}, {}, {}};
-  for (const char* text : {"1.02 (0.98 … 1.06)", "ekf (1.57 times)", "two words (and more)", "(alone)"})
+  for (const char* text : {"1.02 (0.98 … 1.06)", "ekf (1.57 times)", "two words (and more)", "(alone)",
+                           "4.495 of 3.000 (optimistic)", ""})
     table.add({text});
   Document document("Study");
   document.table(table);
@@ -143,6 +144,9 @@ TEST(HtmlPage, AnIntervalMayGoBelowItsNumber) {
   EXPECT_EQ(xml_problem(body), "");
   EXPECT_THAT(
       body, HasSubstr("<td class=\"with-interval\">1.02 <span class=\"interval\">(0.98 … 1.06)</span></td>"));
+  EXPECT_THAT(body,
+              HasSubstr("<td class=\"with-interval\"><span class=\"interval\">4.495 of 3.000</span> <span "
+                        "class=\"interval\">(optimistic)</span></td>"));
   EXPECT_THAT(body, HasSubstr("<td>two words (and more)</td>"));
   EXPECT_THAT(body, HasSubstr("<td>(alone)</td>"));
 }

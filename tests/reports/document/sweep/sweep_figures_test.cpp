@@ -73,7 +73,7 @@ TEST(SweepFigures, EachSettingOfTheOtherAxesHasACurve) {
   for (const Series& series : panel.series) {
     if (series.kind == SeriesKind::error_bars) labels.push_back(series.label.text);
   }
-  EXPECT_THAT(labels, testing::UnorderedElementsAre("none", "map"));
+  EXPECT_THAT(labels, testing::ElementsAre("inflation = none", "inflation = map"));
 }
 
 TEST(SweepFigures, TwoAxesOfThreeValuesAreAMapWithEachRatioInItsCell) {

@@ -1,5 +1,6 @@
 #include "reports/document/sweep/sweep_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/study/study_json.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/write_document.h"
 #include "tests/reports/document/parts_of.h"
 #include "tests/temporary_folder.h"
@@ -53,6 +55,20 @@ TEST(SweepDocument, HasARowForEveryConfigurationInTableDataAndFile) {
   write_document(document, folder.path(), {});
   EXPECT_EQ(std::ranges::count(folder.read("sweep.csv"), '\n'), 1 + 3);
   EXPECT_THAT(folder.read("index.html"), testing::HasSubstr("href=\"sweep.csv\""));
+}
+
+// Seven columns beside the settings, so that a page of 1200 pixels has room for all.
+TEST(SweepDocument, APartHasItsMeanAndItsVerdictInOneCell) {
+  const SweepAnalysis sweep = sweep_of(1);
+  const Document document = sweep_document(sweep);
+  const auto& table = std::get<ReportTable>(document.brief.front());
+  std::vector<std::string> titles;
+  for (const TableColumn& column : table.columns) titles.push_back(column.title);
+  EXPECT_THAT(titles, testing::ElementsAre("world.landmarks", "verdict", "together", "NEES", "NIS",
+                                           "last tr P", "runs", "failed"));
+  const ConsistencyVerdict& nis = sweep.studies[0].nis;
+  EXPECT_EQ(table.rows[0][4].text, fmt::format("{} ({})", against_expected(nis), to_string(nis.verdict)));
+  EXPECT_THAT(against_expected(nis), testing::MatchesRegex("[0-9.]+ of 1.000"));
 }
 
 TEST(SweepDocument, AConfigurationWithFailedRunsIsCountedAndNotNearestToRight) {
