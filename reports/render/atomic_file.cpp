@@ -73,6 +73,12 @@ void AtomicFile::commit() {
 }
 
 void AtomicFile::fail(int error) const {
+  if (error == ENOSPC || error == EDQUOT) {
+    throw OutputError(fmt::format(
+        "cannot write '{}': the disk is full; no file is half written: free some space and run the "
+        "same command again",
+        target_.string()));
+  }
   throw OutputError(
       fmt::format("cannot write '{}': {}", target_.string(), std::generic_category().message(error)));
 }

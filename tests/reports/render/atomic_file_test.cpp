@@ -2,9 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <signal.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <climits>
 #include <string>
 
@@ -23,6 +28,48 @@ std::string message_of_writing(const std::filesystem::path& path) {
     return error.what();
   }
   return "no error";
+}
+
+/// What writing so many bytes into a folder on a disk of 64 KB says, "no error", or "no disk" where none can
+/// be had.
+std::string message_on_small_disk(const TemporaryFolder& folder, std::size_t bytes) {
+  int pipe_ends[2];
+  EXPECT_EQ(pipe(pipe_ends), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    std::string said = "no disk";
+    const bool own = unshare(CLONE_NEWNS) == 0 || unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0;
+    if (own && mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+        mount("tmpfs", folder.path().c_str(), "tmpfs", 0, "size=64k") == 0) {
+      said = "no error";
+      write_file(folder / "a.txt", "first");
+      try {
+        write_file(folder / "a.txt", std::string(bytes, 'x'));
+      } catch (const OutputError& error) {
+        said = error.what();
+        if (folder.read("a.txt") != "first" || folder.entries() != 1) said = "something is left half-written";
+      }
+    }
+    const bool told = write(pipe_ends[1], said.data(), said.size()) == std::ssize(said);
+    _exit(told ? 0 : 1);
+  }
+  close(pipe_ends[1]);
+  std::string said(1000, ' ');
+  const ssize_t length = read(pipe_ends[0], said.data(), said.size());
+  close(pipe_ends[0]);
+  EXPECT_EQ(waitpid(child, nullptr, 0), child);
+  return said.substr(0, static_cast<std::size_t>(std::max<ssize_t>(0, length)));
+}
+
+TEST(AtomicFile, AFullDiskIsSaidWithWhatToDoAndKeepsTheOldFile) {
+  const TemporaryFolder folder;
+  const std::string small = message_on_small_disk(folder, 1000);
+  if (small == "no disk") GTEST_SKIP() << "no disk of our own here";
+  EXPECT_EQ(small, "no error");
+  EXPECT_EQ(
+      message_on_small_disk(folder, 100'000),
+      "cannot write '" + (folder / "a.txt").string() +
+          "': the disk is full; no file is half written: free some space and run the same command again");
 }
 
 TEST(AtomicFile, WritesAndReplaces) {
