@@ -25,6 +25,12 @@ std::string duration_text(double seconds) {
   return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
 }
 
+/// With a digit behind the point where it is no whole number and small.
+std::string amount_text(double amount) {
+  const bool whole = amount >= 100.0 || amount == std::floor(amount);
+  return whole ? fmt::format("{:.0f}", std::floor(amount)) : fmt::format("{:.1f}", amount);
+}
+
 std::string rate_text(double rate) {
   return rate < 10.0 ? fmt::format("{:.2g}", rate) : fmt::format("{:.0f}", rate);
 }
@@ -71,8 +77,9 @@ void ProgressDisplay::show(const StudyProgress& p) {
   const double rate = begun / elapsed.count();
   const std::int64_t done = p.runs_done + p.runs_stored;
   if (p.runs_total == 0) {
-    put({fmt::format("{}: {} {}, {:.1f} {}/s", what_, done, unit_, rate, unit_),
-         fmt::format("{} {}", done, unit_)});
+    const std::string reached = amount_text(static_cast<double>(done) + p.runs_in_hand);
+    put({fmt::format("{}: {} {} in {}", what_, reached, unit_, duration_text(elapsed.count())),
+         fmt::format("{} {}", reached, unit_)});
     return;
   }
   const auto total = static_cast<double>(p.runs_total);

@@ -55,7 +55,7 @@ int tune_data_set(const TuneOptions& options) {
   if (logs.empty()) throw std::invalid_argument("--data: there is no robot's log in it");
   ProgressDisplay display("tune", options.quiet, "replays");
   ReplayScore score(logs, free_keys(options, logs.front().settings), options.threads, &stop);
-  score.watch([&](std::int64_t plays) { display.show({.runs_done = plays}); });
+  score.watch([&](double plays) { display.show({.runs_in_hand = plays}); });
   try {
     const ReplayTuning tuning = tune_replays(logs, score, kReplayConfidence);
     tell(replay_tune_document(tuning, score), options);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "app/progress.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
 #include "datasets/logs/innovation_record.h"
@@ -26,8 +27,11 @@ int tune_logs(const TuneOptions& options) {
   }
   const std::vector<fs::path> files = log_files(options.inputs);
   const LogReadOptions reading{.truth = TruthFiles(files, {})};
-  const std::vector<SensorRecord> records = read_innovations(
-      files, [&](const fs::path& file, LogSink& sink) { log_format_of(file).read(file, reading, sink); });
+  const std::vector<SensorRecord> records = [&] {
+    const StepDisplay display("tune, reading", options.quiet, "rows");
+    return read_innovations(
+        files, [&](const fs::path& file, LogSink& sink) { log_format_of(file).read(file, reading, sink); });
+  }();
   if (records.empty()) throw std::invalid_argument("the logs hold no innovations with their covariance");
   std::vector<InnovationTuning> sensors;
   sensors.reserve(records.size());

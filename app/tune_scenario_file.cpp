@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <optional>
 #include <stdexcept>
 
 #include "analysis/tuning/tune_scenario.h"
@@ -16,11 +17,15 @@
 namespace credence::internal {
 
 int tune_scenario_file(const TuneOptions& options) {
-  ProgressDisplay search("tune", options.quiet, "plays of the runs"), fresh("fresh noise", options.quiet);
+  ProgressDisplay search("tune", options.quiet, "plays of the runs");
+  std::optional<ProgressDisplay> fresh;  // its clock begins when these runs do
   TuneRequest request;
   if (!options.free.empty()) request.free = parse_free_noise(options.free);
-  request.watch = [&](std::int64_t plays) { search.show({.runs_done = plays}); };
-  request.progress = [&](const StudyProgress& progress) { fresh.show(progress); };
+  request.watch = [&](double plays) { search.show({.runs_in_hand = plays}); };
+  request.progress = [&](const StudyProgress& progress) {
+    if (!fresh) fresh.emplace("fresh noise", options.quiet);
+    fresh->show(progress);
+  };
   request.threads = options.threads;
   request.stop = &catch_interrupt();
   auto tuning = naming_file(options.inputs.front(), [&] {

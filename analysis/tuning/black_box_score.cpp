@@ -83,8 +83,7 @@ UnitScores BlackBoxScore::play_at(const Vector& phi) const {
   std::vector<double> factors;
   for (const NoiseValue& value : values(phi)) factors.push_back(value.value);
   UnitScores scores = play(factors);
-  ++plays_;
-  if (watch_) watch_(plays_);
+  played_.finish();
   return scores;
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cstdint>
-#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "analysis/tuning/play_count.h"
 #include "analysis/tuning/score_model.h"
 #include "core/types.h"
 
@@ -57,9 +57,7 @@ class BlackBoxScore : public ScoreModel {
   /// of too few units.
   Matrix expected_information(const Vector& phi) const override;
 
-  /// Called after every time that the data were played, with their number.
-  using Watch = std::function<void(std::int64_t plays)>;
-  void watch(const Watch& watch) { watch_ = watch; }
+  void watch(PlayCount::Watch watch) { played_.watch(std::move(watch)); }
 
  protected:
   static constexpr double kSmooth = 0.02;  ///< of a score that is smooth, its rounding far below
@@ -71,13 +69,13 @@ class BlackBoxScore : public ScoreModel {
   /// The scores, without gradient, of the filter with these factors, in the order of the constructor's.
   virtual UnitScores play(const std::vector<double>& factors) const = 0;
 
+  PlayCount played_;  ///< a long play tells of its parts
+
  private:
   UnitScores play_at(const Vector& phi) const;
 
   std::vector<FilterFactor> factors_;
   double resolution_;
-  Watch watch_;
-  mutable std::int64_t plays_ = 0;
 };
 
 }  // namespace credence::internal

@@ -19,7 +19,8 @@ UnitScores FilterScore::play(const std::vector<double>& factors) const {
   const std::unique_ptr<Experiment> experiment = make_(factors);
   std::vector<ScoreSum> runs(static_cast<std::size_t>(runs_));
   const std::int64_t at_a_time = experiment->runs_side_by_side();
-  for_each_task((runs_ + at_a_time - 1) / at_a_time, threads_, stop_, [&](std::int64_t task) {
+  const std::int64_t tasks = (runs_ + at_a_time - 1) / at_a_time;
+  for_each_task(tasks, threads_, stop_, [&](std::int64_t task) {
     const std::int64_t first = task * at_a_time, count = std::min(at_a_time, runs_ - first);
     const std::vector<Outcome> outcomes =
         experiment->visit_runs(first, count, [&](std::int64_t i, const TraceStep& step) {
@@ -33,6 +34,7 @@ UnitScores FilterScore::play(const std::vector<double>& factors) const {
       if (outcomes[static_cast<std::size_t>(i)] != Outcome::ok)
         runs[static_cast<std::size_t>(first + i)].spoil();
     }
+    played_.add_part_of(tasks);
   });
   if (stop_ != nullptr && stop_->load()) throw Stopped{};
   return unit_scores(runs);

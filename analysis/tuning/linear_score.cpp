@@ -52,8 +52,10 @@ UnitScores LinearScore::scores(const Vector& phi, bool gradient) const {
   for_each_task(tasks, tasks == 1 ? 1 : threads_, stop_, [&](std::int64_t task) {
     const Index end = std::min(runs(), Index{(task + 1) * kRunsOfScoreTask});
     for (Index run = task * kRunsOfScoreTask; run < end; ++run) score_run(filter, run, scores);
+    played_.add_part_of(tasks);
   });
   if (stop_ != nullptr && stop_->load()) throw Stopped{};
+  played_.finish();
   scores.ok = scores.value.allFinite() && scores.gradient.allFinite();
   return scores;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <atomic>
+#include <utility>
 #include <vector>
 
 #include "analysis/tuning/innovation_sensitivities.h"
 #include "analysis/tuning/noise_parameters.h"
+#include "analysis/tuning/play_count.h"
 #include "analysis/tuning/score_model.h"
 
 namespace credence::internal {
@@ -37,6 +39,7 @@ class LinearScore final : public ScoreModel {
   Matrix expected_information(const Vector& phi) const override;
 
   void forget_stop() { stop_ = nullptr; }
+  void watch(PlayCount::Watch watch) { played_.watch(std::move(watch)); }
 
   const NoiseParameters& noise() const { return parameters_; }
   Index runs() const { return std::ssize(runs_); }
@@ -50,6 +53,7 @@ class LinearScore final : public ScoreModel {
   int threads_;
   const std::atomic<bool>* stop_;
   Index stretches_;
+  PlayCount played_;
 };
 
 }  // namespace credence::internal

@@ -85,10 +85,13 @@ std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem pr
 class LinearScenarioScore final : public ScenarioScore {
  public:
   LinearScenarioScore(const Scenario& scenario, const LinearProblem& problem,
-                      const std::vector<FreeNoise>& free, int threads, const std::atomic<bool>* stop)
+                      const std::vector<FreeNoise>& free, int threads, const std::atomic<bool>* stop,
+                      const PlayCount::Watch& watch)
       : scenario_(scenario),
         score_(NoiseParameters(problem.assumed, free), measure_runs(scenario, problem, threads, stop),
-               threads, stop) {}
+               threads, stop) {
+    score_.watch(watch);
+  }
 
   const ScoreModel& model() const override { return score_; }
   Vector start() const override { return score_.noise().start(); }
@@ -132,7 +135,7 @@ class LinearScenarioScore final : public ScenarioScore {
 class PlayedScenarioScore final : public ScenarioScore {
  public:
   PlayedScenarioScore(const Scenario& scenario, const std::vector<FreeNoise>& free, int threads,
-                      const std::atomic<bool>* stop, const BlackBoxScore::Watch& watch)
+                      const std::atomic<bool>* stop, const PlayCount::Watch& watch)
       : scenario_(scenario), free_(free) {
     std::vector<FilterFactor> factors;
     for (const FreeNoise& noise : free_) {
@@ -188,12 +191,12 @@ class PlayedScenarioScore final : public ScenarioScore {
 std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
                                                    const std::vector<FreeNoise>& free, int threads,
                                                    const std::atomic<bool>* stop,
-                                                   const BlackBoxScore::Watch& watch) {
+                                                   const PlayCount::Watch& watch) {
   require_keys(scenario, free);
   const std::optional<LinearProblem> linear = linear_problem(scenario);
   if (linear && !linear->is_periodic() && scenario.noise.detection_probability == 1.0 &&
       linear->measurement_delay == 0 && scenario.filter.inflation == FilterInflation::none) {
-    return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads, stop);
+    return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads, stop, watch);
   }
   return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop, watch);
 }

@@ -39,7 +39,7 @@ class ScenarioScore {
 };
 
 /// Plays the study's runs and measures their log score. `threads`: 0 is one for each processor. Once `stop`
-/// is set, scores may throw Stopped (stop_point.h). `watch` is that of a black box.
+/// is set, scores may throw Stopped (stop_point.h).
 ///
 /// A linear world whose filter misses nothing and inflates nothing has the exact gradient; any other filter
 /// is a black box of which Q and R have a factor each. Throws
@@ -48,7 +48,7 @@ class ScenarioScore {
 std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
                                                    const std::vector<FreeNoise>& free, int threads,
                                                    const std::atomic<bool>* stop = nullptr,
-                                                   const BlackBoxScore::Watch& watch = {});
+                                                   const PlayCount::Watch& watch = {});
 
 /// Doubles of measurements that are kept at most: 1.6 GB.
 inline constexpr double kMostDoubles = 2e8;

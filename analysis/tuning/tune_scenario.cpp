@@ -57,14 +57,26 @@ void name_by_keys(const ScenarioScore& score, Tuning& tuning) {
   }
 }
 
-StudyAnalysis judge_again(const Scenario& scenario, const EngineOptions& options) {
+/// `first`: runs that were played before, of twice as many as these.
+StudyAnalysis judge_again(const Scenario& scenario, std::int64_t first, const TuneRequest& request) {
+  EngineOptions options;
+  options.threads = request.threads;
+  options.stop = request.stop;
   const auto experiment = make_experiment(scenario);
   const std::int64_t runs = scenario.study.runs;
   EvidenceCollector evidence(*experiment, evidence_runs(scenario, runs));
   StudyTask task{.id = "", .experiment = experiment.get(), .runs = runs};
   task.play = [&](std::int64_t first, std::int64_t count) { return evidence.play(first, count); };
+  if (request.progress) {
+    options.progress = [&](StudyProgress progress) {
+      progress.runs_done += first;
+      progress.runs_total *= 2;
+      request.progress(progress);
+    };
+  }
   StudyResult result = std::move(run_studies(std::span(&task, 1), options).front());
   StudyAnalysis analysis = analyse_study(scenario, *experiment, std::move(result));
+  options.progress = {};
   if (analysis.complete) add_judgement(analysis, evidence, options);
   return analysis;
 }
@@ -77,12 +89,8 @@ Scenario with_fresh_noise(Scenario scenario) {
 }
 
 HeldOut hold_out(const ScenarioTuning& all, const TuneRequest& request) {
-  EngineOptions engine;
-  engine.threads = request.threads;
-  engine.stop = request.stop;
-  engine.progress = request.progress;
-  HeldOut held_out{.before = judge_again(with_fresh_noise(all.scenario), engine),
-                   .after = judge_again(with_fresh_noise(all.tuned), engine)};
+  HeldOut held_out{.before = judge_again(with_fresh_noise(all.scenario), 0, request),
+                   .after = judge_again(with_fresh_noise(all.tuned), all.scenario.study.runs, request)};
   const VerdictDesign design{.steps = static_cast<double>(all.scenario.study.steps),
                              .dof_per_step = held_out.after.nis.expected,
                              .confidence = all.scenario.study.confidence,

@@ -22,8 +22,8 @@ struct TuneRequest {
   std::vector<FreeNoise> free = {{NoiseMatrix::Q, NoiseForm::factor}, {NoiseMatrix::R, NoiseForm::factor}};
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;
-  BlackBoxScore::Watch watch{};                          ///< of a black box
-  std::function<void(const StudyProgress&)> progress{};  ///< of the studies with fresh noise
+  PlayCount::Watch watch{};                              ///< of the search
+  std::function<void(const StudyProgress&)> progress{};  ///< of the two studies with fresh noise together
 };
 
 /// The same study with fresh noise, of the present and of the tuned filter.

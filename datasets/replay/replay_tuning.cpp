@@ -258,6 +258,7 @@ UnitScores ReplayScore::play(const std::vector<double>& factors) const {
       unit.add_normalised(observation.whitened, observation.log_determinant());
       ++number;
     }
+    played_.add_part_of(std::ssize(logs_));
   });
   if (stop_ != nullptr && stop_->load()) throw Stopped{};
   return unit_scores(units);

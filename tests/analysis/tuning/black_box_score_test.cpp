@@ -98,13 +98,25 @@ class CubicPlay : public BlackBoxScore {
   Index units_;
 };
 
+TEST(PlayCount, TellsOfThePartsOfAPlayAndOfWholeOnes) {
+  PlayCount count;
+  std::vector<double> told;
+  count.watch([&](double plays) { told.push_back(plays); });
+  for (int play = 0; play < 2; ++play) {
+    count.add_part_of(4);
+    count.add_part_of(4);
+    count.finish();
+  }
+  EXPECT_EQ(told, (std::vector<double>{0.25, 0.5, 1.0, 1.25, 1.5, 2.0}));
+}
+
 TEST(BlackBoxScore, TakesItsGradientByCentralDifferences) {
   CubicPlay score;
-  std::int64_t plays = 0;
-  score.watch([&](std::int64_t count) { plays = count; });
+  double plays = 0.0;
+  score.watch([&](double count) { plays = count; });
   const UnitScores scores = score.scores(Vector{{0.5, -0.2}}, true);
   ASSERT_TRUE(scores.ok);
-  EXPECT_EQ(plays, 5);
+  EXPECT_EQ(plays, 5.0);
   for (Index j = 0; j < 12; ++j) {
     // The differences of a cubic are off by h².
     EXPECT_NEAR(scores.gradient(0, j), CubicPlay::a(j) + 0.75 + 0.02 * 0.02, 1e-10);

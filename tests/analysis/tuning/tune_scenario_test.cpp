@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "montecarlo/scenario/scenario_io.h"
 
@@ -44,6 +46,22 @@ TEST(TuneScenario, ValuesAreThoseOfTheKeysOfTheScenario) {
   }
   EXPECT_NEAR(t->tuned.filter.process_scale, Q.value, 1e-12 * Q.value);
   EXPECT_NEAR(t->tuned.filter.measurement_scale, R.value, 1e-12 * R.value);
+}
+
+TEST(TuneScenario, TellsHowFarTheSearchAndBothStudiesAre) {
+  TuneRequest request;
+  request.threads = 1;
+  std::vector<double> plays;
+  std::vector<StudyProgress> fresh;
+  request.watch = [&](double count) { plays.push_back(count); };
+  request.progress = [&](const StudyProgress& progress) { fresh.push_back(progress); };
+  ASSERT_TRUE(tune_scenario(wanderer(), request));
+  ASSERT_FALSE(plays.empty());
+  EXPECT_LT(plays.front(), 1.0) << "within the first play";
+  EXPECT_TRUE(std::ranges::is_sorted(plays));
+  ASSERT_FALSE(fresh.empty());
+  EXPECT_EQ(fresh.front().runs_total, 200);
+  EXPECT_EQ(fresh.back().runs_done, 200);
 }
 
 TEST(TuneScenario, IsJudgedByTheNoiseOfTheNextSeedBeforeAndAfter) {
