@@ -208,9 +208,8 @@ void judge_ends(const Evidence& e, Judgement& j) {
   const Index n = runs.last_error.empty() ? 0 : runs.last_error.front().size();
   const auto same = [n](const Vector& error) { return error.size() == n; };
   const bool enough = std::ssize(runs.last_error) > n && std::ranges::all_of(runs.last_error, same);
-  j.credibility = n > 0 && enough
-                      ? credibility_index(runs.last_error, runs.last_covariance, j.confidence)
-                      : CredibilityIndex{.reason = "fewer whole runs than the vehicle has dimensions"};
+  j.credibility = n > 0 && enough ? credibility_index(runs.last_error, runs.last_covariance, j.confidence)
+                                  : CredibilityIndex{.reason = "fewer whole runs than dimensions"};
   j.error_correlation = test_error_correlation(runs.last_whitened);
   if (runs.last_whitened.count == 0)
     j.error_correlation.reason = "no run ends with a P of full rank over its states, of at most 60";

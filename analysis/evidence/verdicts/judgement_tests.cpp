@@ -87,7 +87,7 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
                                             factor(0), factor(-1), shape.step)));
 }
 
-void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
+void list_errors(const Evidence& e, const Judgement& j, std::vector<NamedTest>& tests) {
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     const CoverageVerdict& c = j.coverage[i];
     if (c.tests == 0) continue;
@@ -97,7 +97,8 @@ void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
                      fmt::format("{:.4g} % inside, {:.4g} % expected", 100.0 * share, 100.0 * c.expected)});
   }
   tests.push_back(reasoned_test(
-      "credibility of the vehicle's P", Exactness::approximate, j.credibility.reason, j.credibility.p_value,
+      e.layout.blocks.empty() ? "credibility of P" : "credibility of P in " + e.layout.blocks.front().name,
+      Exactness::approximate, j.credibility.reason, j.credibility.p_value,
       fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
                   j.credibility.inclination, j.credibility.noncredibility)));
   tests.push_back(reasoned_test(kErrorCorrelation, Exactness::approximate, j.error_correlation.reason,
@@ -123,7 +124,7 @@ std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
   for (const BlockVerdict& block : j.blocks)
     tests.push_back(verdict_test("NEES of " + block.name, block.verdict));
   for (const SensorJudgement& sensor : j.sensors) list_sensor(sensor, j.sensors.size() == 1, tests);
-  if (e.has_truth) list_errors(j, tests);
+  if (e.has_truth) list_errors(e, j, tests);
   list_law(j.law, e.has_truth, tests);
   std::vector<double> p_values;
   p_values.reserve(tests.size());

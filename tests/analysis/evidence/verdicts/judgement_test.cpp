@@ -775,5 +775,21 @@ TEST(Judgement, AMeanThatFewRunsDecideDoesNotMakePRight) {
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
 }
 
+TEST(Judgement, CredibilityIsSaidOfTheBlockThatItIsOf) {
+  const auto names = [](const std::vector<NamedTest>& tests) {
+    std::vector<std::string> all;
+    for (const NamedTest& test : tests) {
+      if (test.name.starts_with("credibility")) all.push_back(test.name);
+    }
+    return all;
+  };
+  Evidence evidence = logs_of(6, 4, 0.0, 1.0);
+  EXPECT_EQ(names(judge(evidence).tests), std::vector<std::string>{"credibility of P in vehicle"});
+  evidence.layout.blocks.front().name = "arm";
+  EXPECT_EQ(names(judge(evidence).tests), std::vector<std::string>{"credibility of P in arm"});
+  evidence.layout.blocks.clear();
+  EXPECT_EQ(names(judge(evidence).tests), std::vector<std::string>{"credibility of P"});
+}
+
 }  // namespace
 }  // namespace credence::internal
