@@ -132,6 +132,17 @@ bool is_swept(const SweepPlan& plan, const ScenarioKey& key) {
                      [&](const SweepAxis& axis) { return axis.path == key.path(); });
 }
 
+/// Every point of the sweep sets this key: what a user sets would do nothing.
+void refuse_override(const Setting& swept, const std::vector<Setting>& settings) {
+  for (const Setting& setting : settings) {
+    if (setting.section != swept.section || setting.key != swept.key || !setting.place.starts_with("--set "))
+      continue;
+    throw ScenarioError(
+        fmt::format("{}: the sweep varies this key ({}); --set sweep.{}.{}=... says over what", setting.place,
+                    swept.place, swept.section, swept.key));
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(SweepMode mode) { return mode == SweepMode::grid ? "grid" : "zip"; }
@@ -145,6 +156,7 @@ SweepPlan plan_sweep(const ScenarioDocument& document) {
   double count = 1.0;
   for (const Setting& setting : document.sweep) {
     if (setting.section.empty()) continue;
+    refuse_override(setting, document.settings);
     Axis& axis = axes.emplace_back(make_axis(setting, document.settings));
     if (options.mode != SweepMode::grid) continue;
     sort_values(axis);

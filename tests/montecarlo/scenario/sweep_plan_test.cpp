@@ -267,5 +267,20 @@ TEST(SweepPlan, RefusesNamingPlaceAndKey) {
   EXPECT_THAT(plan_error("", {"sweep.landmarks=3:1"}), HasSubstr("--set sweep.landmarks=3:1: "));
 }
 
+TEST(SweepPlan, AnOverrideOfWhatIsVariedIsRefused) {
+  EXPECT_EQ(plan_error("\"world.landmarks\" = [1, 2]\n", {"world.landmarks=3"}),
+            "--set world.landmarks=3: the sweep varies this key (s.toml:4: [sweep] world.landmarks = [1, "
+            "2]); --set "
+            "sweep.world.landmarks=... says over what");
+  EXPECT_EQ(plan_error("\"world.landmarks\" = [1, 2]\n", {"sweep.world.landmarks=3", "study.runs=7"}),
+            "accepted");
+  EXPECT_EQ(scenario_refusal([] {  // of one configuration nothing is varied
+              const std::vector<std::string> overrides = {"world.landmarks=3"};
+              load_scenario_text("[world]\nmodel = \"monobot\"\n[sweep]\nworld.landmarks = [1, 2]\n",
+                                 "s.toml", overrides);
+            }),
+            "accepted");
+}
+
 }  // namespace
 }  // namespace credence::internal
