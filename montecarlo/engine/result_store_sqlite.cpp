@@ -114,7 +114,11 @@ SqliteDatabase::SqliteDatabase(const std::filesystem::path& file, Mode mode) : f
   // Absolute, since a relative name might begin with "file:" and be taken for a URI.
   const std::filesystem::path absolute = std::filesystem::absolute(file);
   const bool immutable = mode == Mode::immutable;
-  const int access = mode == Mode::create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  // Who reads beside a writer opens to write, where it may: SQLite then removes its log and its shared memory
+  // when the last one closes.
+  const int access = mode == Mode::create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE
+                     : mode == Mode::read ? SQLITE_OPEN_READWRITE
+                                          : SQLITE_OPEN_READONLY;
   const int flags = access | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE | (immutable ? SQLITE_OPEN_URI : 0);
   sqlite3* database = nullptr;
   const std::string name = immutable ? uri(absolute) : absolute.string();
@@ -122,6 +126,7 @@ SqliteDatabase::SqliteDatabase(const std::filesystem::path& file, Mode mode) : f
   handle_.reset(database);
   if (code != SQLITE_OK) fail(code);
   sqlite3_busy_timeout(database, kBusyMilliseconds);
+  if (mode == Mode::read) execute("PRAGMA query_only=ON");
 }
 
 void SqliteDatabase::execute(const std::string& sql) const {

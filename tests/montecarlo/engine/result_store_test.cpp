@@ -13,6 +13,7 @@
 #include <functional>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -588,6 +589,25 @@ TEST(ResultStore, ReadsWhereItCannotWrite) {
   std::filesystem::permissions(directory, std::filesystem::perms::owner_all);
   const SqliteDatabase frozen(directory / "results.sqlite", SqliteDatabase::Mode::immutable);
   EXPECT_EQ(frozen.integer("SELECT count(*) FROM chunks"), 2);
+}
+
+TEST(ResultStore, WhoReadsLeavesNothingBehind) {
+  const ScratchDirectory scratch;
+  filled(scratch / "a", 0, 3);
+  const auto files = [&] {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch / "a"))
+      names.insert(entry.path().filename().string());
+    return names;
+  };
+  const std::set<std::string> before = files();
+  {
+    const ResultStore first = ResultStore::open_to_read(scratch / "a"),
+                      second = ResultStore::open_to_read(scratch / "a");
+    EXPECT_EQ(first.chunks("c1").size(), 3U);
+    EXPECT_EQ(second.chunks("c1").size(), 3U);
+  }
+  EXPECT_EQ(files(), before);
 }
 
 TEST(ResultStore, MergesShards) {
