@@ -97,7 +97,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "squared innovation in units of its covariance: νᵀ S⁻¹ ν",
      "For a consistent filter its mean is the number of values measured. It needs no truth, and cannot see "
      "errors in directions that no sensor measures."},
-    {"not Gaussian", "",
+    {"not Gaussian", "heavy tails|heavy-tailed|tails|Gaussian|Gaussian law",
      "the covariance is right, and large errors are more frequent than a Gaussian law has",
      "Typical of outliers. Mean and covariance may be used; probabilities of rare errors may not."},
     {"observable", "observability|partially observable|fully observable|partial",
@@ -145,6 +145,89 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"whiteness", "white", "no correlation of the innovation with its own past",
      "A correlated innovation means that the filter leaves information unused: a wrong Q or R, a missing "
      "state, or one measurement used twice."},
+    {"cross-covariances", "cross-covariance|correlation of the whitened errors",
+     "the entries of P by which errors of different states go together",
+     "A filter that drops them can be right in every block and wrong in the whole. Errors whose sign is "
+     "turned "
+     "in one block look as if these entries were wrong."},
+    {"linearisation", "linearised|linearize|linearization", "replacing a curved model by its tangent",
+     "At an estimate that is far off the tangent is wrong: the filter corrects in wrong directions, and "
+     "believes "
+     "to know what it does not."},
+    {"initial covariance", "P0|start", "the P with which a filter begins",
+     "If it is wrong, the first steps are inconsistent, and later ones where nothing is measured."},
+    {"correlated in time", "coloured noise|autocorrelation|lag|lags", "each value resembles the one before",
+     "Filters assume noise that is not: a sensor with a filter of its own, or a disturbance that lasts, "
+     "makes P "
+     "too small. A state for it, or a larger R, mends it."},
+    {"wrapped", "unwrapped|not wrapped|wrap", "of an angle: brought back to within half a turn",
+     "A difference of 359° is one of −1°. Wrap every difference of angles, of errors and of innovations."},
+    {"prior", "", "what a filter believes before it takes a measurement",
+     "Sensors that are read at one time are taken one after the other, each with the P that the one before "
+     "left; "
+     "with the same P for all, what they have in common is counted twice."},
+    {"late", "lateness|delay|latency", "of a measurement: taken earlier than the filter believes",
+     "Its errors point back along the way. Use the time at which it was measured, and move the estimate "
+     "there."},
+    {"loses its way", "lost runs", "a few runs end far off, and the others are right",
+     "The mean over runs is that of the lost ones, and no factor on P mends them: look at what happened "
+     "there."},
+    {"associations", "association|match|matches", "which landmark a measurement is said to be of",
+     "A wrong one is an outlier, and often the beginning of a lost run."},
+    {"second moments", "mean squares|shape of P|direction|directions",
+     "mean squares and products of the errors, direction by direction",
+     "They equal P for a filter that is right, whatever the law of the errors. A P that is too large in one "
+     "direction and too small in another has the right mean NEES."},
+    {"Anderson-Darling", "Kolmogorov-Smirnov|chi-square law|chi-square|χ²",
+     "tests that compare all values with a law, not only their mean",
+     "Kolmogorov-Smirnov looks at the body of the law, Anderson-Darling at its tails."},
+    {"stands", "together|stand", "of a sweep: inconsistent also when all configurations are judged together",
+     "Of many configurations some look inconsistent by chance. Of those that stand, at most 5 % are expected "
+     "to "
+     "be false (Benjamini and Yekutieli).",
+     true},
+    {"verdict", "verdicts", "consistent, optimistic, pessimistic, mixed, not Gaussian or undecided",
+     "One word over all that was judged. It is wrong of a consistent filter with a probability of at most 5 "
+     "%, or "
+     "what --confidence leaves.",
+     true},
+    {"run", "runs", "one course of the filter from its start to its end",
+     "Runs are independent; the steps within one are not. More runs tell more than longer ones.", true},
+    {"step", "steps|rows", "one time at which the filter gives an estimate",
+     "A row of a log is a step of a run.", true},
+    {"expected", "", "the mean that a consistent filter has",
+     "Of NEES the number of states, of NIS the number of values measured.", true},
+    {"failed", "diverged|not positive definite|not_positive_definite|threw|failures",
+     "of a run: the filter broke down, or its estimate went beyond all bounds",
+     "It counts up to the step before and is named with its number, with which --only-run plays it again.",
+     true},
+    {"trusted if within", "", "the bounds within which the mean of a consistent filter lies",
+     "With the confidence asked for, over all steps together; where a step decided, its own bounds.", true},
+    {"values", "value", "how many numbers a mean is made of",
+     "They may be worth fewer independent ones, as errors of successive steps are alike.", true},
+    {"block", "blocks|state|states|what", "some states that are judged by themselves, beside the whole",
+     "Names with a point make one: imu.bx and imu.by are the block imu.", true},
+    {"RMSE", "root mean square error|P claims|of position", "the root of the mean squared error",
+     "Beside it stands what P claims: the root of its mean variance. It is in the unit of the state.", true},
+    {"trace", "tr P|last tr P", "the sum of the variances of P",
+     "How uncertain the filter is altogether, in mixed units: of one filter at two times it tells whether P "
+     "grows.",
+     true},
+    {"error", "errors", "estimate less truth, of an angle within half a turn",
+     "Of a pose, in the coordinates that its covariance speaks of (chart).", true},
+    {"σ", "σ²|claimed σ|claimed|rms|standard deviation|standard deviations", "the root of a variance",
+     "That of a state is claimed by the filter as the root of its entry on the diagonal of P. Of Gaussian "
+     "errors 68 % lie within one, 95 % within two.",
+     true},
+    {"mean", "means|average", "the sum over all values by their number",
+     "Over runs and steps, unless it is of one step or of each run.", true},
+    {"test", "tests|says|measured", "a question to the data whose rate of false alarms is known",
+     "What it measured stands beside its p-value; “adjusted” counts how many tests were made.", true},
+    {"factor on S", "scale of S", "what the innovation covariance would have to be multiplied by",
+     "Mean NIS over what is expected, with its interval.", true},
+    {"study", "studies|scenario|configuration|configurations",
+     "a scenario with its settings, played by a number of runs",
+     "A sweep has one for each combination of what it varies.", true},
 });
 
 bool is_letter(char c) {
@@ -191,6 +274,28 @@ const GlossaryWord* find_glossary_word(std::string_view word) {
   return nullptr;
 }
 
+std::vector<const GlossaryWord*> glossary_words_in(std::string_view phrase) {
+  constexpr std::size_t kShort = 3;  // shorter ones are letters, of which p is not P
+  const std::string all = lower(phrase);
+  const auto stands = [&](std::string_view spelling) {
+    const std::string_view text = spelling.size() < kShort ? phrase : std::string_view(all);
+    const std::string wanted = spelling.size() < kShort ? std::string(spelling) : lower(spelling);
+    for (std::size_t i = text.find(wanted); i != std::string_view::npos; i = text.find(wanted, i + 1)) {
+      const bool begins = i == 0 || !is_letter(text[i - 1]);
+      const std::size_t end = i + wanted.size();
+      if (begins && (end == text.size() || !is_letter(text[end]))) return true;
+    }
+    return false;
+  };
+  std::vector<const GlossaryWord*> words;
+  for (const GlossaryWord& entry : glossary()) {
+    bool found = false;
+    for_each_spelling(entry, [&](std::string_view spelling) { found = found || stands(spelling); });
+    if (found) words.push_back(&entry);
+  }
+  return words;
+}
+
 std::vector<std::string_view> near_glossary_words(std::string_view word) {
   constexpr std::size_t kMost = 3;
   std::vector<std::string_view> near;
@@ -231,7 +336,9 @@ std::vector<GlossaryUse> glossary_uses(std::string_view text) {
     GlossaryUse best;
     for (const GlossaryWord& entry : glossary()) {
       const std::size_t length = entry.word.size();
-      if (length < kShortest || length <= best.length || !text.substr(i).starts_with(entry.word)) continue;
+      if (entry.everyday || length < kShortest || length <= best.length ||
+          !text.substr(i).starts_with(entry.word))
+        continue;
       if (i + length < text.size() && is_letter(text[i + length])) continue;
       best = {i, length, &entry};
     }
