@@ -120,6 +120,25 @@ class ArrayRoles {
                        read, n, m, matrices, n, m, m);
   }
 
+  /// How arrays are read that would also fit if their dimensions stood the other way round, as where there
+  /// are as many steps as states; empty where there are none.
+  std::string square_text() const {
+    std::vector<ArrayPair> pairs = sensors_;
+    if (state_) pairs.insert(pairs.begin(), *state_);
+    for (const ArrayPair& pair : pairs) {
+      const ArrayShape &vectors = file_.arrays()[pair.vectors], &matrices = file_.arrays()[pair.matrices];
+      const bool runs = vectors.dims.size() == 3;
+      if (pair.dim < 2 || pair.steps != pair.dim || (runs && pair.runs != pair.dim)) continue;
+      return fmt::format(
+          "{} and {} fit two readings: taken are {}{} steps of {} components, ({}steps, n) and ({}steps, n, "
+          "n). "
+          "Where steps stand last, {}.",
+          shape_text(vectors), shape_text(matrices), runs ? fmt::format("{} runs of ", pair.runs) : "",
+          pair.steps, pair.dim, runs ? "runs, " : "", runs ? "runs, " : "", turn_text(vectors, matrices));
+    }
+    return "";
+  }
+
  private:
   /// Of two arrays with the innovations of one sensor nobody could tell which is meant.
   void require_different_names() const {
@@ -201,12 +220,16 @@ class ArrayRoles {
                         std::equal(v.begin(), v.end(), m.begin() + 1);
     if (!turned) return "";
     const bool runs = v.size() == 3;
+    return fmt::format("; these seem to be (n, steps{}): {}", runs ? ", runs" : "",
+                       turn_text(vectors, matrices));
+  }
+
+  static std::string turn_text(const ArrayShape& vectors, const ArrayShape& matrices) {
+    const bool runs = vectors.dims.size() == 3;
     return fmt::format(
-        "; these seem to be (n, steps{}): turn them, in MATLAB by permute({}, {}) and permute({}, {}), in "
-        "NumPy by "
-        "{}.T and {}.T",
-        runs ? ", runs" : "", vectors.name, runs ? "[3 2 1]" : "[2 1]", matrices.name,
-        runs ? "[4 3 1 2]" : "[3 1 2]", vectors.name, matrices.name);
+        "turn them, in MATLAB by permute({}, {}) and permute({}, {}), in NumPy by {}.T and {}.T",
+        vectors.name, runs ? "[3 2 1]" : "[2 1]", matrices.name, runs ? "[4 3 1 2]" : "[3 1 2]", vectors.name,
+        matrices.name);
   }
 
   NisArray nis_of(const ArrayShape& array, std::uint64_t dim) const {
@@ -569,6 +592,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   const std::string scalars = roles.scalars_text();
   TimeReader times(file, roles.runs(), roles.steps(), scalars, sink);
   if (!scalars.empty()) sink.remark(scalars);
+  if (std::string square = roles.square_text(); !square.empty()) sink.remark(std::move(square));
   tell_unread(file, layout, sink);
   Step step;
   std::vector<Index> measured;

@@ -112,6 +112,29 @@ TEST(ArrayLog, arrays_of_the_same_two_dimensions_are_told_how_they_are_read) {
                      "time (3) seems to be of steps, and innovation and S");
 }
 
+TEST(ArrayLog, arrays_that_fit_either_way_round_are_told_how_they_are_read) {
+  const auto said = [](std::vector<std::uint64_t> dims) {
+    std::uint64_t size = 1;
+    for (const std::uint64_t dim : dims) size *= dim;
+    ArraysInMemory file;
+    file.add("error", dims, std::vector<double>(size, 1.0));
+    const std::uint64_t n = dims.back();
+    std::vector<double> P;
+    for (std::uint64_t i = 0; i < size * n; ++i) P.push_back(i % n == i / n % n ? 1.0 : 0.0);
+    dims.push_back(n);
+    return read_in_memory(file.add("P", dims, P)).said();
+  };
+  EXPECT_EQ(
+      said({3, 3}),
+      "error (3, 3) and P (3, 3, 3) fit two readings: taken are 3 steps of 3 components, (steps, n) and "
+      "(steps, n, n). Where steps stand last, turn them, in MATLAB by permute(error, [2 1]) and permute(P, "
+      "[3 1 2]), in NumPy by error.T and P.T.\n");
+  EXPECT_THAT(said({2, 2, 2}),
+              HasSubstr("taken are 2 runs of 2 steps of 2 components, (runs, steps, n) and"));
+  EXPECT_EQ(said({4, 3}), "");
+  EXPECT_EQ(said({2, 3, 3}), "") << "as (n, steps, runs) P would be (2, 2, 3, 3)";
+}
+
 TEST(ArrayLog, rows_of_every_run_hold_their_errors_covariances_and_innovations) {
   std::vector<double> error, P, nu, S;
   for (int k = 0; k < 6; ++k) {  // 2 runs of 3 steps
