@@ -53,6 +53,16 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
     add_degrees(layout.states[i], {static_cast<Index>(i)});
   }
   if (angles.size() > 1) add_degrees("all angles", angles);
+  // With P's cross-covariances. Of two parts either may be the turned one.
+  constexpr std::size_t kMostTurned = 6;
+  std::size_t turned = 0;
+  for (const Block& block : layout.blocks) {
+    if (block.states.size() >= layout.states.size() || ++turned > kMostTurned) continue;
+    list.push_back({fmt::format("the error has the opposite sign in {} and not in the rest, or P's "
+                                "cross-covariances between them have",
+                                block.name),
+                    scaled(block.states, -1.0)});
+  }
   return list;
 }
 

@@ -24,6 +24,7 @@ void give(LogSink& judged, std::uint64_t seed, int rows, const std::function<voi
   RunLayout layout;
   layout.states = {"x", "y", "heading"};
   layout.angles = {false, false, true};
+  add_named_blocks(layout);
   StepConventions sink(judged);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -65,6 +66,15 @@ TEST(StepConventions, AMistakeOfUnitsIsNamed) {
   EXPECT_THAT(said(3, degrees), HasSubstr("P is in degrees in heading"));
   EXPECT_THAT(said(4, [](Step& s) { s.error[2] /= kRadiansPerDegree; }),
               HasSubstr("the error is in degrees in heading"));
+}
+
+// P correlates x with y by 0.45 and with the heading by 0.44.
+TEST(StepConventions, AnErrorWhoseSignIsTurnedInOneBlockIsNamed) {
+  EXPECT_THAT(said(10, [](Step& s) { s.error[1] *= -1.0; }),
+              HasSubstr("the opposite sign in y and not in the"));
+  EXPECT_THAT(said(11, [](Step& s) { s.error[0] *= -1.0; }),
+              HasSubstr("the opposite sign in x and not in the"));
+  EXPECT_THAT(said(12, [](Step& s) { s.error *= -1.0; }), IsEmpty()) << "of all of them it is none";
 }
 
 TEST(StepConventions, NothingIsSaidOfWhatFitsNorOfWhatNoMistakeExplains) {
