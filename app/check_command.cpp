@@ -210,10 +210,14 @@ void add_check_command(CLI::App& app) {
   command->add_flag("--pool", options->pool, "several logs are runs of one filter: judge them together");
   CLI::Option* const listing =
       command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
-  command->add_option("--topic", options->how.reading.topic,
-                      "bags: the estimate, where several topics could be it");
-  command->add_option("--truth-topic", options->how.reading.truth_topic,
-                      "bags, simulated flights: the truth, in the same file");
+  command
+      ->add_option("--topic", options->how.reading.topic,
+                   "bags: the estimate, where several topics could be it")
+      ->type_name("TOPIC");
+  command
+      ->add_option("--truth-topic", options->how.reading.truth_topic,
+                   "bags, simulated flights: the truth, in the same file")
+      ->type_name("TOPIC");
   command->add_option("--instance", options->how.reading.instance,
                       "of several estimators in one flight log, the one to judge");
   command->add_flag("--partial", options->how.reading.partial,
@@ -221,6 +225,7 @@ void add_check_command(CLI::App& app) {
   command
       ->add_option("--truth", options->how.truths,
                    "trajectories, bags: the truth, one file for all logs or one for each (repeatable)")
+      ->type_name("FILE")
       ->allow_extra_args(false);
   command
       ->add_option("--max-time-difference", options->how.reading.matching.max_time_difference_s,
@@ -275,6 +280,8 @@ void add_check_command(CLI::App& app) {
   command->add_option("--junit", options->junit, "write the tests as JUnit XML into this file");
   command->add_option("--markdown", options->markdown, "write a summary in Markdown into this file");
   for (const char* name : {"--junit", "--markdown"}) command->get_option(name)->check(writable_file);
+  for (const char* name : {"--baseline", "--junit", "--markdown"})
+    command->get_option(name)->type_name("FILE");
   add_output_options(*command, *options);
   for (const char* judging :
        {"--out", "--baseline", "--junit", "--markdown", "--sensitivity", "--fail-on-inconsistent"})

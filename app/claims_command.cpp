@@ -101,6 +101,7 @@ void add_claims_command(CLI::App& app) {
   command
       ->add_option("--data", options->data,
                    "folder of the car-park data, for Figures 5 to 8; default: CREDENCE_DATA")
+      ->type_name("DIR")
       ->envname("CREDENCE_DATA");
   static constexpr const char* kExamples[] = {"credence claims", "credence claims --format json",
                                               "credence claims --data DIR --out out/claims"};

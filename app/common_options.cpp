@@ -68,10 +68,9 @@ std::string writable_file(const std::string& file) {
 }
 
 void add_output_options(CLI::App& command, CommonOptions& options) {
-  CLI::Option* const out =
-      command.add_option("--out", options.out, "folder for report, figures and stored results")
-          ->type_name("DIR")
-          ->check(writable_folder);
+  CLI::Option* const out = command.add_option("--out", options.out, "folder for the report and its figures")
+                               ->type_name("DIR")
+                               ->check(writable_folder);
   add_figures_option(command, options);
   command.get_option("--figures")->needs(out);
   add_print_options(command, options);

@@ -82,7 +82,9 @@ void add_plan_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("plan", "runs needed for a wanted power or precision, and the time they take");
   auto options = std::make_shared<PlanCommand>();
-  command->add_option("scenario", options->scenario, "scenario file, with or without a [sweep] table")
+  command
+      ->add_option("scenario", options->scenario,
+                   "scenario file, with or without a [sweep] table, or a name of credence list")
       ->required();
   command
       ->add_option("--factor", options->question.factor,

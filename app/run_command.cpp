@@ -180,6 +180,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("scenario", options->scenarios, "scenario files, or names of credence list scenarios")
       ->required();
   add_common_options(*command, *options);
+  command->get_option("--out")->description(
+      "folder for report, figures and stored results, which it continues");
   command->add_option("--only-run", options->only_run, "replay this single run (from 0) with its full trace")
       ->excludes(command->get_option("--out"));
   command

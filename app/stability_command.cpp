@@ -147,7 +147,7 @@ void add_stability_command(CLI::App& app) {
       "stability", "does P stay bounded? ranks, eigenvalues, Riccati equation, predicted and measured");
   auto options = std::make_shared<StabilityOptions>();
   options->command = command;
-  command->add_option("scenario", options->scenario, "scenario file")->required();
+  command->add_option("scenario", options->scenario, "scenario file, or a name of credence list")->required();
   add_setting_option(*command, *options);
   command->add_option("--steps", options->steps, "steps of the study, instead of study.steps");
   command->add_option("--seed", options->seed, "of the noisy run of a planar world, instead of study.seed");

@@ -53,8 +53,8 @@ void add_tune_command(CLI::App& app) {
   auto options = std::make_shared<TuneOptions>();
   command
       ->add_option("input", options->inputs,
-                   "a scenario file; carpark or mrclam with --data; or logs with innovations and their "
-                   "covariance (docs/logs.md)")
+                   "a scenario file, or a name of credence list; carpark or mrclam with --data; or logs with "
+                   "innovations and their covariance (docs/logs.md)")
       ->required();
   command->add_option(
       "--free", options->free,
