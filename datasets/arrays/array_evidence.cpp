@@ -16,7 +16,7 @@ namespace credence::internal {
 namespace {
 
 Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t last,
-                   CalibrationRecorder* calibration) {
+                   CalibrationRecorder* calibration, JudgedStates& judged) {
   EvidenceRecorder recorder(arrays.layout);
   ArrayReader reader(arrays);
   Step step;
@@ -25,11 +25,13 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
     const std::string name = fmt::format("run {}", arrays.first_run + r);
     recorder.begin_file(name, arrays.layout);
     recorder.begin_run();
+    judged.begin_run(arrays.layout);
     if (calibration != nullptr) calibration->begin_run(arrays.layout, name);
     for (std::int64_t row = 0; row < run.steps; ++row) {
       stop_point();
       reader.read(r, row, step);
       const bool taken = recorder.add(step);
+      judged.add(step.states);
       if (taken && calibration != nullptr) calibration->add(step, kNaN, recorder.factored());
     }
     if (run.failure) recorder.end_run(run.failure->outcome, run.failure->step);
@@ -40,20 +42,24 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
 }  // namespace
 
 Evidence add_arrays(const ArrayRuns& arrays, int threads, const std::atomic<bool>* stop,
-                    CalibrationUnits* calibration) {
+                    CalibrationUnits* calibration, JudgedStates* judged) {
   if (std::ranges::all_of(arrays.runs, [](const ArrayRun& run) { return run.steps == 0 && !run.failure; })) {
     throw std::invalid_argument("the arrays hold no step");
   }
   const std::int64_t runs = std::ssize(arrays.runs);
   std::vector<Evidence> chunks(static_cast<std::size_t>((runs + kChunkRuns - 1) / kChunkRuns));
   std::vector<CalibrationRecorder> recorders(calibration != nullptr ? chunks.size() : 0);
+  std::vector<JudgedStates> states(chunks.size());
   for_each_task(std::ssize(chunks), threads, stop, [&](std::int64_t chunk) {
     const std::int64_t first = chunk * kChunkRuns;
     const auto i = static_cast<std::size_t>(chunk);
     chunks[i] = add_chunk(arrays, first, std::min(runs, first + kChunkRuns),
-                          recorders.empty() ? nullptr : &recorders[i]);
+                          recorders.empty() ? nullptr : &recorders[i], states[i]);
   });
   for (CalibrationRecorder& recorder : recorders) calibration->append(recorder);
+  for (const JudgedStates& of_chunk : states) {
+    if (judged != nullptr) judged->merge(of_chunk);
+  }
   Evidence all;
   for (Evidence& chunk : chunks) all.merge(std::move(chunk));
   return all;

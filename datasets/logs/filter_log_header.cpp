@@ -137,7 +137,8 @@ class HeaderParser {
       const bool of_error = h.error[i] >= 0, has_truth = found != truth_.end();
       if (of_error && has_truth) throw error_beside(state);
       if (!of_error && !has_truth && h.layout.has_truth) {
-        throw std::invalid_argument(fmt::format("column truth.{} is missing", state));
+        throw std::invalid_argument(
+            fmt::format("column truth.{} is missing (blank where it is not known)", state));
       }
       if (!truth_.empty()) h.truth.push_back(has_truth ? found->second : -1);
     }

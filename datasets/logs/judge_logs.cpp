@@ -30,6 +30,7 @@ struct Group {
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses;
   CalibrationRecorder calibration;
+  JudgedStates judged;
   StepTimes times;
   RunFingerprints fingerprints;
   std::int64_t unmatched = 0, unexplained = 0;
@@ -82,8 +83,10 @@ class GroupSink final : public LogSink {
   std::int64_t steps() const { return steps_; }
 
   void begin_run(const RunLayout& layout) override {
+    require_sensors(layout);
     sums_.begin_file(file_, layout);
     sums_.begin_run();
+    group_.judged.begin_run(layout);
     group_.fingerprints.begin_run();
     group_.times.begin_run();
     const std::string name = file_.stem().string();
@@ -94,6 +97,7 @@ class GroupSink final : public LogSink {
     ++steps_;
     const double travelled_m = std::exchange(travelled_m_, kNaN), time_s = std::exchange(time_s_, kNaN);
     if (sums_.add(step)) group_.calibration.add(step, travelled_m, sums_.factored());
+    group_.judged.add(step.states);
     group_.fingerprints.add(step);
     group_.times.add(step.step, time_s);
   }
@@ -115,6 +119,25 @@ class GroupSink final : public LogSink {
   void advance(std::int64_t bytes) override { bytes_.advance(bytes); }
 
  private:
+  void require_sensors(const RunLayout& layout) {
+    constexpr Index kMostSensors = 1000;
+    const Index sensors = std::ssize(layout.sensors);
+    if (sensors > kMostSensors) {
+      throw DataError(
+          file_, "",
+          fmt::format("has {} sensors, of innovations or of NIS; at most {} are judged together: give "
+                      "what one sensor measures one name (innovation.NAME.1, innovation.NAME.2, …), "
+                      "or judge some at a time",
+                      sensors, kMostSensors));
+    }
+    if (sensors > EvidenceRecorder::kMostPairedSensors && runs_ == 0) {
+      remark(
+          fmt::format("Whether innovations of two sensors are correlated is not tested: {} sensors are more "
+                      "than {}.",
+                      sensors, EvidenceRecorder::kMostPairedSensors));
+    }
+  }
+
   LogPoses& poses() {
     if (group_.poses.empty() || group_.poses.back().file != file_) group_.poses.push_back({.file = file_});
     return group_.poses.back();
@@ -219,6 +242,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     std::ranges::move(group.poses, std::back_inserter(result.poses));
     result.calibration.append(group.calibration);
     result.times.merge(group.times);
+    result.judged.merge(group.judged);
     fingerprints.append(std::move(group.fingerprints));
     result.unmatched_rows += group.unmatched;
     result.truth_fit = std::max(result.truth_fit, group.truth_fit);

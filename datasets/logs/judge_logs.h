@@ -11,6 +11,7 @@
 #include "analysis/calibration/calibration_sums.h"
 #include "analysis/evidence/sums/evidence_recorder.h"
 #include "analysis/evidence/verdicts/step_times.h"
+#include "datasets/judged_states.h"
 #include "datasets/logs/log_sink.h"
 
 namespace credence::internal {
@@ -44,6 +45,7 @@ struct LogJudgeResult {
   /// explains and than misfit without one.
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses{};  ///< of the files that hold some, in their order
+  JudgedStates judged{};
   CalibrationUnits calibration{};
   StepTimes times{};
   bool complete = true;

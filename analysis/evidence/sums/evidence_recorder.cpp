@@ -415,6 +415,7 @@ void EvidenceRecorder::add_innovations(OpenRun& run, const NormalisedStep& step)
 }
 
 void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
+  if (std::ssize(run.innovations) > kMostPairedSensors) return;
   Vector both;
   const auto values_at = [&run](std::size_t sensor, std::size_t k) { return run.innovations[sensor].at(k); };
   for (std::size_t j = 1; j < run.innovations.size(); ++j) {

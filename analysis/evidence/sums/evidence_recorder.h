@@ -25,6 +25,8 @@ namespace credence::internal {
 /// certainty, is counted as rejected with its reason and never repaired: neither its NEES nor its NIS counts.
 class EvidenceRecorder {
  public:
+  static constexpr Index kMostPairedSensors = 64;  ///< of more no pairs are looked at
+
   EvidenceRecorder() = default;
   /// The next steps are of this layout, and none of a file.
   explicit EvidenceRecorder(const RunLayout& layout) { begin_file({}, layout); }

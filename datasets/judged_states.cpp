@@ -1,0 +1,65 @@
+#include "datasets/judged_states.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace credence::internal {
+
+std::size_t JudgedStates::place_of(const std::string& name) {
+  const auto found = std::ranges::find(names_, name);
+  if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
+  names_.push_back(name);
+  judged_.push_back(false);
+  return names_.size() - 1;
+}
+
+void JudgedStates::begin_run(const RunLayout& layout) {
+  place_.clear();
+  open_ = 0;
+  if (!layout.has_truth) return;
+  if (names_.empty()) {
+    names_ = layout.states;
+    judged_.assign(names_.size(), false);
+  }
+  const bool same = names_ == layout.states;
+  for (std::size_t i = 0; i < layout.states.size(); ++i)
+    place_.push_back(same ? i : place_of(layout.states[i]));
+  open_ = static_cast<std::size_t>(
+      std::ranges::count_if(place_, [this](std::size_t place) { return !judged_[place]; }));
+}
+
+void JudgedStates::add(std::span<const Index> states) {
+  if (open_ == 0) return;
+  for (const Index state : states) {
+    const std::size_t place = place_[static_cast<std::size_t>(state)];
+    if (judged_[place]) continue;
+    judged_[place] = true;
+    --open_;
+  }
+}
+
+void JudgedStates::merge(const JudgedStates& later) {
+  for (std::size_t i = 0; i < later.names_.size(); ++i) {
+    const std::size_t place = place_of(later.names_[i]);
+    if (later.judged_[i]) judged_[place] = true;
+  }
+}
+
+std::string JudgedStates::sentence() const {
+  constexpr std::size_t kMost = 8;
+  std::vector<std::string> never;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (!judged_[i]) never.push_back(names_[i]);
+  }
+  // Where no state is judged, there is no truth to speak of.
+  if (never.empty() || never.size() == names_.size()) return {};
+  const std::size_t all = never.size();
+  never.resize(std::min(all, kMost));
+  return fmt::format("No row has an estimate and a truth of {}{}, which {} not judged.",
+                     fmt::join(never, ", "), all > kMost ? fmt::format(" and {} more", all - kMost) : "",
+                     all == 1 ? "is" : "are");
+}
+
+}  // namespace credence::internal
