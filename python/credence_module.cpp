@@ -117,8 +117,8 @@ class Collector {
       failed.steps = std::min(failed.steps, step - 1);
       failures_said_.emplace(arrays.first_run + run, said);
     }
-    evidence_.merge(
-        interruptible([&](const auto& stop) { return add_arrays(arrays, threads, &stop, &calibration_); }));
+    evidence_.merge(interruptible(
+        [&](const auto& stop) { return add_arrays(arrays, threads, &stop, &calibration_, &judged_); }));
   }
 
   /// Looks for mistakes of units in the runs that are added next, to tell of them.
@@ -142,22 +142,20 @@ class Collector {
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
-    runs.analysis = analyse_collected(std::move(evidence_), calibration_,
-                                      {.confidence = confidence,
-                                       .sensitivity = sensitivity,
-                                       .margin = within,
-                                       .times = StepTimes::every(dt)},
-                                      !mistakes_.empty());
+    judge_collected(std::move(evidence_), std::move(calibration_),
+                    {.confidence = confidence,
+                     .sensitivity = sensitivity,
+                     .margin = within,
+                     .times = StepTimes::every(dt)},
+                    !mistakes_.empty(), runs);
     runs.remarks = std::move(mistakes_);
-    if (!calibration_.runs.empty()) {
-      runs.calibration = judge_calibration(calibration_, confidence);
-      runs.units = unit_factors(calibration_);
-    }
+    if (std::string text = judged_.sentence(); !text.empty()) runs.remarks.push_back(std::move(text));
     runs.failures_said = std::move(failures_said_);
     evidence_ = {};
     calibration_ = {};
     failures_said_ = {};
     mistakes_ = {};
+    judged_ = {};
     return tell(JudgedFilter(judged_logs(std::move(runs))));
   }
 
@@ -196,6 +194,7 @@ class Collector {
   CalibrationUnits calibration_;
   std::map<std::int64_t, std::string> failures_said_;
   std::vector<std::string> mistakes_;
+  JudgedStates judged_;
 };
 
 /// With its control characters but the line break as "\x1b": a traceback is printed as it stands.

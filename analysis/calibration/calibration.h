@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/calibration/calibration_sums.h"
@@ -104,11 +105,12 @@ Calibration judge_calibration(CalibrationRecorder& runs, double confidence);
 /// How the factor on P of one part differs between two stacks, or versions, that met the same data.
 struct FactorChange {
   std::string part;
-  MeanInterval ratio;     ///< of the second's factor to the first's: geometric mean over units
-  double before = 1.0;    ///< the first's factor on the same units: their mean
-  double after = 1.0;     ///< the second's
-  double p_value = 0.0;   ///< that it is 1: paired t of the logarithms
-  double adjusted = 0.0;  ///< Holm over the parts
+  std::string_view on = "P";  ///< what the factor is on; or "S"
+  MeanInterval ratio;         ///< of the second's factor to the first's: geometric mean over units
+  double before = 1.0;        ///< the first's factor on the same units: their mean
+  double after = 1.0;         ///< the second's
+  double p_value = 0.0;       ///< that it is 1: paired t of the logarithms
+  double adjusted = 0.0;      ///< Holm over the parts
 };
 
 /// Factors of one log, unit by unit, as the documents of `check` hold them.

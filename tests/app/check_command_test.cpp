@@ -96,7 +96,7 @@ TEST_F(CheckCommand, HasTheTestsOfTheRunWhereLandmarksComeLate) {
     std::map<std::string, double> tests;
     for (const Json& test : document["battery"]["tests"]) {
       std::string name = test["name"];
-      if (name == "NEES of vehicle") name = "NEES of pose";
+      if (const auto at = name.find("vehicle"); at != std::string::npos) name.replace(at, 7, "pose");
       std::erase(name, ' ');
       if (test["p_value"].is_number()) tests[name] = test["p_value"];
     }
@@ -110,6 +110,56 @@ TEST_F(CheckCommand, HasTheTestsOfTheRunWhereLandmarksComeLate) {
     EXPECT_NEAR(found.at(name), p, 1e-9) << name;
   }
   EXPECT_EQ(found.size(), expected.size());
+}
+
+// The stretches of few long runs tell the factor on the whole P; that of single states is of whole runs.
+TEST_F(CheckCommand, AFactorHasOneIntervalEverywhere) {
+  std::mt19937_64 bits(7);
+  std::normal_distribution<double> normal;
+  for (const int runs : {1, 3, 5}) {
+    std::string text = "run,step,error.x,error.y,P.1.1,P.1.2,P.2.2\n";
+    for (int run = 0; run < runs; ++run) {
+      double x = 0.0, y = 0.0;
+      for (int step = 0; step < 2000; ++step) {
+        x = 0.5 * x + normal(bits);
+        y = 0.5 * y + normal(bits);
+        text += fmt::format("{},{},{:.9g},{:.9g},1,0,1\n", run, step, x, y);
+      }
+    }
+    write("few.csv", text);
+    const Json check = json({"check", "few.csv", "--format", "json", "--quiet"});
+    const Json& factor = check["nees"]["factor"];
+    // The variance is 1/(1 - 0.25); of 2000 steps and more the standard error is below 0.05.
+    EXPECT_NEAR(factor["value"], 4.0 / 3.0, 0.25) << runs;
+    EXPECT_LT(factor["upper"].get<double>() - factor["lower"].get<double>(), 0.5) << runs;
+    for (const char* end : {"value", "lower", "upper"})
+      EXPECT_EQ(check["calibration"]["factor"][end], factor[end]) << runs << ' ' << end;
+    EXPECT_EQ(check["battery"]["scale"]["covariance"]["upper"], factor["upper"]) << runs;
+  }
+}
+
+TEST_F(CheckCommand, NamesTheStatesWithoutATruthAndRefusesMoreSensorsThanItCanJudge) {
+  write("part.csv",
+        "step,estimate.x,estimate.b,truth.x,truth.b,P.1.1,P.1.2,P.2.2\n0,1,2,1.5,,1,0,1\n1,1,2,0.5,,1,0,1\n");
+  EXPECT_NE(
+      run({"check", "part.csv", "--quiet"}).out.find("No row has an estimate and a truth of b, which is"),
+      std::string::npos);
+  const auto sensors = [&](int count) {
+    std::string names = "step", row = "0";
+    for (int i = 0; i < count; ++i) {
+      names += fmt::format(",nis.s{}.1", i);
+      row += ",1";
+    }
+    write("wide.csv", names + '\n' + row + '\n');
+    return run({"check", "wide.csv", "--quiet"});
+  };
+  const Finished refused = sensors(1001);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("wide.csv: has 1001 sensors, of innovations or of NIS; at most 1000"),
+            std::string::npos)
+      << refused.err;
+  EXPECT_NE(sensors(65).out.find("is not tested: 65 sensors are more than 64."), std::string::npos);
+  EXPECT_EQ(sensors(64).out.find("is not tested: 64"), std::string::npos);
 }
 
 // What a log says of the filter: R, that it linearises, that it inflates.

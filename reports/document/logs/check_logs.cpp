@@ -166,18 +166,17 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
   logs.remarks = remarks_of(result);
-  logs.analysis = analyse_collected(
-      std::move(result.evidence), result.calibration,
+  if (std::string text = result.judged.sentence(); !text.empty()) logs.remarks.push_back(std::move(text));
+  judge_collected(
+      std::move(result.evidence), std::move(result.calibration),
       {.confidence = options.confidence,
        .sensitivity = options.sensitivity,
        .margin = options.within,
        .truth_fit = result.truth_fit,
        .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr},
-      result.explained());
+      result.explained(), logs);
   logs.analysis.complete = result.complete;
   logs.poses = std::move(result.poses);
-  logs.calibration = judge_calibration(result.calibration, options.confidence);
-  logs.units = unit_factors(result.calibration);
   logs.first_run = std::move(first_run);
   return logs;
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "reports/document/logs/compare_means.h"
 #include "reports/document/logs/log_table.h"
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/study/judgement_report.h"
@@ -69,6 +70,15 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
     refuse();
   }
   gate.changes = compare_factors(logs.units, first, now.confidence);
+  if (first.names.empty() || logs.units.names.empty()) {
+    try {
+      compare_means(now, before, gate);
+    } catch (const Json::exception&) {
+      refuse();
+    }
+  } else if (gate.changes.empty()) {
+    gate.why_not = "as no runs or stretches of the same name have a factor on P in both";
+  }
   for (const FactorChange& change : gate.changes) {
     const double was = std::abs(std::log(change.before)), is = std::abs(std::log(change.after));
     const bool large = std::abs(std::log(change.ratio.mean)) > std::log1p(margin);
@@ -79,11 +89,11 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
 
 std::string change_text(const FactorChange& change) {
   const bool nearer = std::abs(std::log(change.after)) < std::abs(std::log(change.before));
-  return fmt::format("{} in {}: the factor on P is {} times what it was, {}",
+  return fmt::format("{} in {}: the factor on {} is {} times what it was, {}",
                      nearer                    ? "nearer to right"
                      : change.ratio.mean > 1.0 ? "more optimistic"
                                                : "more pessimistic",
-                     change.part == "NEES" ? "the whole state" : change.part,
+                     change.part == "NEES" ? "the whole state" : change.part, change.on,
                      interval_text(change.ratio.mean, change.ratio.lower, change.ratio.upper),
                      p_value_statement(change.adjusted));
 }
@@ -92,15 +102,17 @@ std::string gate_sentence(const LogGate& gate) {
   std::string text = fmt::format("Against {} ({}):", gate.baseline, gate.verdict_before);
   if (!gate.worse.empty()) text += fmt::format(" WORSE: {}.", fmt::join(gate.worse, "; "));
   if (!gate.compares()) {
-    return text +
-           " Nothing could be compared, as no runs or stretches of the same name have a factor on P in both; "
-           "the verdict counts as without a baseline.";
+    return text + fmt::format(" Nothing could be compared, {}; the verdict counts as without a baseline.",
+                              gate.why_not);
   }
-  if (!gate.worse.empty()) return text;
-  text += " nothing is worse.";
-  for (const FactorChange& change : gate.changes) {
-    if (change.adjusted <= gate.level) text += " It is " + change_text(change) + ".";
+  if (gate.worse.empty()) {
+    text += " nothing is worse.";
+    for (const FactorChange& change : gate.changes) {
+      if (change.adjusted <= gate.level) text += " It is " + change_text(change) + ".";
+    }
   }
+  if (gate.by_means)
+    text += " Mean NEES and NIS were compared, as there are no factors of runs or stretches to pair.";
   return text;
 }
 
@@ -114,6 +126,7 @@ Json gate_json(const LogGate& gate) {
   return {{"file", gate.baseline},
           {"verdict_before", gate.verdict_before},
           {"became_inconsistent", gate.became_inconsistent},
+          {"compared_by", !gate.compares() ? Json(nullptr) : Json(gate.by_means ? "means" : "units")},
           {"changes", std::move(changes)},
           {"worse", gate.worse}};
 }

@@ -14,8 +14,9 @@
 namespace credence::internal {
 
 /// Judges logs against the document of an earlier `check --format json`. A factor is worse that moved away
-/// from 1, by more than `margin`, and not by chance (Holm over the parts). Throws std::invalid_argument for a
-/// text that is no such document.
+/// from 1, by more than `margin`, and not by chance (Holm over the parts). Where one of the two has no
+/// factors of runs or stretches, as of few runs of a map, the mean NEES and NIS of its parts are compared, as
+/// those of independent logs. Throws std::invalid_argument for a text that is no such document.
 LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::string_view document,
                      double margin);
 

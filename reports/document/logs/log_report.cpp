@@ -121,16 +121,20 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
                       lost.runs.size() == 1 ? "run" : "runs", of)};
 }
 
-LogAnalysis analyse_collected(Evidence evidence, CalibrationUnits& calibration,
-                              const JudgementContext& context, bool explained) {
+void judge_collected(Evidence evidence, CalibrationUnits calibration, const JudgementContext& context,
+                     bool explained, CheckedLogs& logs) {
   if (evidence.law.errors_stand()) calibration.keep_whole_runs();
-  LogAnalysis analysis = analyse_logs(std::move(evidence), context);
-  if (!explained) return analysis;
-  const bool innovations_fit = !is_inconsistent(analysis.judgement.nis.verdict);
-  std::erase_if(analysis.judgement.causes, [&](const CauseFound& found) {
+  logs.analysis = analyse_logs(std::move(evidence), context);
+  Judgement& judgement = logs.analysis.judgement;
+  logs.calibration = judge_calibration(calibration, context.confidence);
+  logs.units = unit_factors(calibration);
+  if (logs.calibration.unit_count > 0 && judgement.nees.factor.reason.empty())
+    logs.calibration.whole.factor = judgement.nees.factor;
+  if (!explained) return;
+  const bool innovations_fit = !is_inconsistent(judgement.nis.verdict);
+  std::erase_if(judgement.causes, [&](const CauseFound& found) {
     return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));
   });
-  return analysis;
 }
 
 Document log_document(CheckedLogs given) {

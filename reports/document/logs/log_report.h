@@ -24,9 +24,11 @@ struct LogGate {
   double level = 0.05;                ///< up to which p-value a change is none of chance
   bool became_inconsistent = false;   ///< and was not before
   std::vector<FactorChange> changes;  ///< of the factor on P, on what both logged
+  bool by_means = false;              ///< the changes are those of means, as there are no factors to pair
+  std::string why_not;                ///< nothing could be compared: what is missing, and what to do
   std::vector<std::string> worse;     ///< sentences: what fails
 
-  /// Whether both logged anything under one name; else the word decides, as without a baseline.
+  /// Whether anything could be compared; else the word decides, as without a baseline.
   bool compares() const { return !changes.empty(); }
 };
 
@@ -51,11 +53,12 @@ struct CheckedLogs {
   std::vector<std::string> factor_sentences() const;
 };
 
-/// Judges what was collected of logs, before judge_calibration does. Where an error stays as it is over whole
-/// runs (LawSums::errors_stand) these are the units of `calibration`. Where a remark names a mistake of the
-/// log, so that its errors are `explained`, what they alone tell is no likely cause.
-LogAnalysis analyse_collected(Evidence evidence, CalibrationUnits& calibration,
-                              const JudgementContext& context, bool explained);
+/// Judges what was collected of logs: their analysis, calibration and units. Where an error stays as it is
+/// over whole runs (LawSums::errors_stand) these are the units of `calibration`. The factor on the whole P is
+/// that of the verdict on NEES, where it has one. Where a remark names a mistake of the log, so that its
+/// errors are `explained`, what they alone tell is no likely cause.
+void judge_collected(Evidence evidence, CalibrationUnits calibration, const JudgementContext& context,
+                     bool explained, CheckedLogs& logs);
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read
 /// and what was rejected, what to do and what would mend it. JSON: docs/formats.md. Beside the page: NAME.csv

@@ -150,8 +150,8 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
   logs.name = fmt::format("EKF-SLAM on {}",
                           replays.size() == 1 ? names.front().string() : replays.front().result.dataset);
   logs.format = "replayed observations, and the filter beside its reference";
-  logs.analysis = analyse_collected(
-      std::move(read_logs.evidence), read_logs.calibration,
+  judge_collected(
+      std::move(read_logs.evidence), std::move(read_logs.calibration),
       {.confidence = confidence,
        .gate = gate,
        .scale_innovation =
@@ -160,9 +160,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
                : no_scale(noise.reason),
        .times =
            read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr},
-      false);
-  logs.calibration = judge_calibration(read_logs.calibration, confidence);
-  logs.units = unit_factors(read_logs.calibration);
+      false, logs);
   logs.remarks = limits_of(judgement, replays, confidence);
   return judgement;
 }

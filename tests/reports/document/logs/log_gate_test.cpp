@@ -2,11 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "core/nan.h"
 #include "reports/document/study/calibration_report.h"
+#include "reports/document/study/judgement_json.h"
 
 namespace credence::internal {
 namespace {
@@ -115,10 +117,64 @@ TEST(LogGate, AVerdictThatBecameInconsistentIsWorse) {
   EXPECT_TRUE(gate(Verdict::mixed, "undecided").became_inconsistent);
   EXPECT_FALSE(gate(Verdict::pessimistic, "optimistic").became_inconsistent);
   EXPECT_FALSE(gate(Verdict::undecided, "consistent").became_inconsistent);
-  EXPECT_EQ(gate_sentence(gate(Verdict::mixed, "consistent")),
-            "Against before.json (consistent): WORSE: it was consistent, and is mixed. Nothing could be "
-            "compared, as no runs or stretches of the same name have a factor on P in both; the verdict "
-            "counts as without a baseline.");
+  EXPECT_EQ(
+      gate_sentence(gate(Verdict::mixed, "consistent")),
+      "Against before.json (consistent): WORSE: it was consistent, and is mixed. Nothing could be "
+      "compared, as it has means with bounds of nothing (`nees`, `blocks` and `sensors` with `mean` and "
+      "`overall`) and these logs of nothing; write it anew with `credence check --format json` of logs with "
+      "the same states and innovations; the verdict counts as without a baseline.");
+}
+
+/// A mean NEES or NIS that lies within its bounds for factors from lower to upper.
+ConsistencyVerdict mean_of(double factor, double lower, double upper) {
+  ConsistencyVerdict v;
+  v.mean = 2.0 * factor;
+  v.expected = 2.0;
+  v.bounds = {v.mean / upper, v.mean / lower};
+  v.confidence = 0.95;
+  v.tests = 11;
+  return v;
+}
+
+// Of factors known to 10 % at 97.5 %, a standard deviation of 0.1/2.2414 of the logarithm each, p of the
+// ratio 1.3 is that of log 1.3 / (√2 · 0.1/2.2414) = 4.158 standard deviations, 3.2e-5, and of two parts
+// twice that.
+TEST(LogGate, WhereNoFactorsArePairedTheMeansAreCompared) {
+  const auto logs_with = [](double nees, double nis) {
+    const auto known = [](double factor) {
+      return mean_of(factor, factor * std::exp(-0.1), factor * std::exp(0.1));
+    };
+    CheckedLogs logs = checked(factors_of({}));
+    logs.analysis.judgement.nees = known(nees);
+    logs.analysis.judgement.sensors.push_back({.name = "gps", .nis = known(nis)});
+    return logs;
+  };
+  const auto gate = [&](const CheckedLogs& before, const CheckedLogs& now) {
+    const Judgement& j = before.analysis.judgement;
+    const std::string document =
+        text_of_json({{"verdict", "optimistic"},
+                      {"nees", verdict_json(j.nees)},
+                      {"sensors", {{{"name", "gps"}, {"nis", verdict_json(j.sensors[0].nis)}}}}});
+    return gate_against(now, "before.json", document, kMargin);
+  };
+  const CheckedLogs before = logs_with(1.5, 1.5);
+  const LogGate worse = gate(before, logs_with(1.5 * 1.3, 1.5));
+  EXPECT_TRUE(worse.by_means);
+  ASSERT_THAT(worse.changes, SizeIs(2));
+  EXPECT_NEAR(worse.changes[0].ratio.mean, 1.3, 1e-12);
+  EXPECT_NEAR(worse.changes[0].p_value, 3.2e-5, 0.05e-5);
+  EXPECT_NEAR(worse.changes[0].adjusted, 6.4e-5, 0.1e-5);
+  EXPECT_NEAR(worse.changes[1].p_value, 1.0, 1e-12);
+  ASSERT_THAT(worse.worse, SizeIs(1));
+  EXPECT_THAT(worse.worse[0], HasSubstr("more optimistic in the whole state: the factor on P is 1.30"));
+  EXPECT_THAT(gate_sentence(worse), HasSubstr("Mean NEES and NIS were compared"));
+  EXPECT_THAT(gate(before, logs_with(1.5, 1.95)).worse.at(0),
+              HasSubstr("in NIS of gps: the factor on S is 1.30"));
+  EXPECT_THAT(gate(before, logs_with(1.2, 1.2)).worse, IsEmpty()) << "nearer to 1";
+  EXPECT_THAT(gate(before, logs_with(1.65, 1.65)).worse, IsEmpty()) << "within what is known";
+  CheckedLogs same = logs_with(1.5, 1.5);
+  same.gate = gate(before, same);
+  EXPECT_FALSE(fails(same)) << "as wrong as it was";
 }
 
 TEST(LogGate, WhereNothingIsPairedTheWordDecides) {
