@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kFarthest_s = 1.0;
 constexpr double kTaken = 0.1;       // of Σ eᵀP⁻¹e, at most, that leaves errors evidence
-constexpr double kAgreement = 0.01;  // level of the test that files have one offset
+constexpr double kAgreement = 1e-4;  // level: errors that stay for a whole run look like an offset of it
 constexpr double kBetween = 0.02;    // of Σ eᵀP⁻¹e, that offsets of each file must take away to matter
 
 /// e_k(τ) of the samples of one file; nothing for those without a truth at their time.

@@ -27,7 +27,7 @@ TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const Traject
                             int threads = 1, double confidence = 0.95);
 
 /// What the one offset makes of the truth of the files: nothing that shows where it took at most a tenth of
-/// Σ eᵀP⁻¹e away at both ends of its interval; and it is not known where the files do not have one (at 1 %,
+/// Σ eᵀP⁻¹e away at both ends of its interval; and it is not known where the files do not have one (at 1e-4,
 /// and with more than a fiftieth of Σ eᵀP⁻¹e between one and one of each).
 TruthFit fit_of(const TimeOffset& offset);
 
