@@ -1,6 +1,7 @@
 #include "analysis/evidence/causes/advice_cause.h"
 
 #include "analysis/evidence/causes/cause_rules.h"
+#include "analysis/evidence/causes/cause_signature.h"
 
 namespace credence::internal {
 namespace {
@@ -43,6 +44,27 @@ constexpr CauseRule kRules[] = {
     {find_rejection_beside, false},
     {find_perhaps_gate, false},
 };
+
+/// Whether it is a start, a noise, a linearisation, a scale or a dof, as is named where nothing else is
+/// found.
+bool takes_the_rest_for_granted(Cause cause) {
+  switch (cause) {
+    case Cause::initial_covariance:
+    case Cause::initial_covariance_or_process_noise:
+    case Cause::initial_covariance_or_nonlinear_start:
+    case Cause::nonlinear_start:
+    case Cause::process_noise_too_small:
+    case Cause::process_noise_too_large:
+    case Cause::measurement_noise_too_small:
+    case Cause::measurement_noise_too_large:
+    case Cause::process_or_measurement_noise:
+    case Cause::linearisation:
+    case Cause::process_noise_or_linearisation:
+    case Cause::wrong_dof:
+    case Cause::covariance_scale: return true;
+    default: return false;
+  }
+}
 
 }  // namespace
 
@@ -93,6 +115,8 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
     const Causes more = find(findings);
     found.insert(found.end(), more.begin(), more.end());
   }
+  if (!found.empty() && takes_the_rest_for_granted(found.front().cause))
+    found.front().why += untested_in_few_runs(findings);
   return found;
 }
 

@@ -209,6 +209,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
                            [](const auto& sensor) { return std::abs(std::log(sensor.nis)); });
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
+  findings.error_mean_runs = j.law.error_mean.test.count;
   findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
   findings.block = j.responsible;
   findings.lost = j.lost;

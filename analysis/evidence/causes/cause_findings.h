@@ -65,7 +65,8 @@ struct Findings {
     std::string state;  ///< with the largest
   };
   std::optional<ErrorMean> error_mean = {};
-  MeanAtSteps mean_at_steps = {};  ///< of the errors of a whole state of at most 24
+  std::int64_t error_mean_runs = 0;  ///< whose errors' mean was looked at; 0: none
+  MeanAtSteps mean_at_steps = {};    ///< of the errors of a whole state of at most 24
   std::optional<LatenessTest> lateness = {};
   std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law, of the sensor of `far_tail`
   std::optional<GateFound> gate = {};

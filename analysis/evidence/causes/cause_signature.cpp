@@ -187,6 +187,23 @@ std::string untested_correlation(const Findings& findings) {
                      findings.error_correlation->reason);
 }
 
+std::string untested_in_few_runs(const Findings& findings) {
+  constexpr std::int64_t kFewestToSeeABias = 5, kFew = 10;
+  const std::int64_t runs = findings.error_mean_runs;
+  if (runs == 0 || runs >= kFew || !is_inconsistent(findings.nees.verdict) ||
+      !(excess_of(findings.nees) > 0.0))
+    return {};
+  std::string text;
+  if (runs == 1) {
+    text = "; a bias was not tested, as one run cannot tell it from an error that stays";
+  } else if (runs < kFewestToSeeABias) {
+    text = fmt::format("; a bias may be there unseen, as {} runs hardly tell one", runs);
+  }
+  if (findings.lateness && !findings.lateness->reason.empty())
+    text += fmt::format("; late measurements were not tested: {}", findings.lateness->reason);
+  return text;
+}
+
 bool grows(const Moments& gain, const Findings& findings) {
   if (gain.count < 2 || !(gain.m2 > 0.0)) return false;
   const double runs = static_cast<double>(gain.count);

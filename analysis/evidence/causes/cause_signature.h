@@ -107,6 +107,10 @@ bool lags_tell_process_noise(const Findings& findings);
 /// it lacks, and why; else empty.
 std::string untested_correlation(const Findings& findings);
 
+/// What to say beside a cause that takes for granted that nothing is late and no mean is wrong: that so few
+/// runs, of errors that are too large, do not tell; else empty.
+std::string untested_in_few_runs(const Findings& findings);
+
 /// Whether what a quantity of each run gains has a mean above zero (Student's t at cause_level).
 bool grows(const Moments& gain, const Findings& findings);
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "analysis/evidence/sums/step_series.h"
-#include "analysis/laws/correlation/lateness.h"
 
 namespace credence::internal {
 namespace {
@@ -126,7 +125,7 @@ void Evidence::merge(Evidence later) {
   coverage.merge(later.coverage);
   whole_runs.merge(later.whole_runs);
   law.merge(later.law);
-  merge_lateness(later.lateness, lateness);
+  lateness.merge(later.lateness);
   scores.merge(later.scores);
   for (const SensorPairSums& pair : later.sensor_pairs) {
     SensorPairSums& here = sensor_pair(pair.first, pair.second, pair.first_dim);

@@ -9,6 +9,7 @@
 
 #include "analysis/evidence/sums/law_sums.h"
 #include "analysis/evidence/sums/score_sums.h"
+#include "analysis/laws/correlation/lateness.h"
 #include "analysis/laws/correlation/whiteness.h"
 #include "analysis/laws/gate_rejection.h"
 #include "analysis/laws/shape/consistency_vector_moments.h"
@@ -150,7 +151,7 @@ struct Evidence {
   CoverageSums coverage;
   RunSums whole_runs;
   LawSums law;
-  VectorMoments lateness{};  ///< of the runs, where estimates are known (lateness.h)
+  LatenessSums lateness{};  ///< where estimates are known
   ScoreSums scores;
   std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
   SumsOverSteps clean_nees, clean_nis;       ///< without gross outliers

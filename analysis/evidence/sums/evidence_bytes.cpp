@@ -247,6 +247,10 @@ class Pass {
             law.nis_at);
   }
 
+  void one(Held<LatenessSums>& lateness) {
+    (*this)(lateness.runs, lateness.run_slopes, lateness.stretch_slopes);
+  }
+
   void one(Held<ScoreSums>& scores) { (*this)(scores.log, scores.energy, scores.of_position); }
 
   void one(Held<RejectedRows>& rows) { (*this)(rows.count, rows.first); }

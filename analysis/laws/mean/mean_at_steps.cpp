@@ -7,8 +7,10 @@
 namespace credence::internal {
 
 MeanAtSteps test_mean_at_steps(const std::map<std::int64_t, VectorMoments>& whitened) {
+  constexpr std::int64_t kFewest = 10;
   double of_mean = 0.0, excess = 0.0, least = 1.0, steps = 0.0;
   for (const auto& [step, errors] : whitened) {
+    if (errors.count < kFewest && errors.count <= errors.mean.size()) continue;
     const ZeroMeanTest test = test_zero_mean(errors);
     if (!test.reason.empty()) continue;
     const auto runs = static_cast<double>(errors.count);

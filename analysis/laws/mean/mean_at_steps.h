@@ -17,8 +17,8 @@ struct MeanAtSteps {
 /// covariance C_k make: E|u|² = |μ_k|² + tr C_k, so that a bias is all of the excess over n while P is right,
 /// and a wrong P with errors of either sign is none of it. explained = Σ_k |μ_k|² / Σ_k (E|u|² − n), |μ_k|²
 /// without its own error, |ū|² − tr C/M; p_value: Hotelling's T² at each step over the M runs
-/// (test_zero_mean), Bonferroni over the steps. A step without more runs than components is left out; without
-/// any p_value is 1.
+/// (test_zero_mean), Bonferroni over the steps. A step without ten runs, or more than components, is left
+/// out; without any p_value is 1.
 MeanAtSteps test_mean_at_steps(const std::map<std::int64_t, VectorMoments>& whitened);
 
 }  // namespace credence::internal

@@ -1,5 +1,6 @@
 #include "analysis/laws/mean/zero_mean.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
@@ -24,6 +25,19 @@ double p_value_of_components(const VectorMoments& moments) {
   return std::min(1.0, static_cast<double>(moments.mean.size()) * least);
 }
 
+// Of few values: the components, and the direction in which they are largest, at half the level each.
+double p_value_of_few(const VectorMoments& moments) {
+  const auto n = static_cast<double>(moments.count);
+  const double of_components = p_value_of_components(moments);
+  const Matrix total = moments.scatter + n * moments.mean * moments.mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(0.5 * (total + total.transpose()));
+  if (std::isnan(of_components) || solver.info() != Eigen::Success) return kNaN;
+  const Vector w = solver.eigenvectors().col(total.cols() - 1);
+  const double variance = w.dot(moments.scatter * w) / (n - 1.0);
+  const double t = w.dot(moments.mean) / std::sqrt(variance / n);
+  return std::min(1.0, 2.0 * std::min(of_components, student_two_sided_p_value(t, n - 1.0)));
+}
+
 }  // namespace
 
 ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
@@ -34,16 +48,16 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
   result.t_square = result.p_value = kNaN;
   const double n = static_cast<double>(moments.count);
   const double m = static_cast<double>(moments.mean.size());
-  if (m == 0.0 || n < std::min(m + 1.0, kFewest)) {
-    result.reason = "not more values than components";
+  if (m == 0.0 || n < 2.0) {
+    result.reason = "fewer than two values";
     return result;
   }
   if (!moments.mean.allFinite() || !moments.scatter.allFinite()) {
     result.reason = "a value is not finite";
     return result;
   }
-  if (n <= m) {
-    result.p_value = p_value_of_components(moments);
+  if (m > 1.0 && (n <= m || n < kFewest)) {
+    result.p_value = n < kFewest ? p_value_of_few(moments) : p_value_of_components(moments);
     if (std::isnan(result.p_value)) result.reason = "a component has no variance";
     return result;
   }

@@ -201,9 +201,10 @@ TEST(JudgeLogs, APoseIsJudgedInWhateverOrderItsStatesStand) {
     EXPECT_EQ(of(turned)->squared_error.count, of(usual)->squared_error.count) << block;
     EXPECT_NEAR(of(turned)->squared_error.mean, of(usual)->squared_error.mean, 1e-12) << block;
   }
-  ASSERT_GT(usual.lateness.count, 0);
-  ASSERT_EQ(turned.lateness.count, usual.lateness.count);
-  EXPECT_LT((turned.lateness.mean - usual.lateness.mean).norm(), 1e-9 * usual.lateness.mean.norm());
+  ASSERT_GT(usual.lateness.runs.count, 0);
+  ASSERT_EQ(turned.lateness.runs.count, usual.lateness.runs.count);
+  EXPECT_LT((turned.lateness.runs.mean - usual.lateness.runs.mean).norm(),
+            1e-9 * usual.lateness.runs.mean.norm());
 }
 
 }  // namespace

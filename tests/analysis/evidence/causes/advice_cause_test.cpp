@@ -123,6 +123,27 @@ TEST(CauseRules, AlongOneWayABiasMayBeADelay) {
   EXPECT_NE(find_causes(findings)[0].why.find("a delay looks the same"), std::string::npos);
 }
 
+TEST(CauseRules, WhatFewRunsDoNotTellIsSaidBesideANoise) {
+  Findings findings = findings_of(1.8, 1.3);
+  findings.whiteness = correlated_by(0.2);
+  findings.lateness = LatenessTest{.p_value = std::nan(""), .reason = "a reason"};
+  const auto says = [&](std::int64_t runs, const char* text) {
+    findings.error_mean_runs = runs;
+    const std::vector<CauseFound> causes = find_causes(findings);
+    EXPECT_EQ(causes.at(0).cause, Cause::process_noise_too_small);
+    return causes.at(0).why.find(text) != std::string::npos;
+  };
+  EXPECT_TRUE(says(1, "a bias was not tested, as one run cannot tell it"));
+  EXPECT_TRUE(says(1, "late measurements were not tested: a reason"));
+  EXPECT_TRUE(says(3, "a bias may be there unseen, as 3 runs hardly tell one"));
+  EXPECT_FALSE(says(5, "a bias may"));
+  EXPECT_TRUE(says(5, "late measurements were not tested"));
+  EXPECT_FALSE(says(10, "late measurements"));
+  EXPECT_FALSE(says(0, "late measurements")) << "no errors";
+  findings.lateness->reason = {};
+  EXPECT_FALSE(says(1, "late measurements"));
+}
+
 // Errors that are correlated where P claims that they are not have lost it to nothing else.
 TEST(CauseRules, CrossCovariancesThatWereDroppedComeBeforeTheStartAndTheNoise) {
   Findings findings = findings_of(1.0, 1.0);

@@ -188,9 +188,10 @@ TEST(CollectedEvidence, OfNormalisedStepsIsThatOfPlainOnes) {
       near(fast.blocks[b].squared_error.mean, plain.blocks[b].squared_error.mean);
       near(fast.blocks[b].nees.back().value.mean, plain.blocks[b].nees.back().value.mean);
     }
-    ASSERT_EQ(fast.lateness.mean.size(), plain.lateness.mean.size());
-    ASSERT_GT(fast.lateness.mean.size(), 0);
-    for (Index i = 0; i < fast.lateness.mean.size(); ++i) near(fast.lateness.mean[i], plain.lateness.mean[i]);
+    ASSERT_EQ(fast.lateness.runs.mean.size(), plain.lateness.runs.mean.size());
+    ASSERT_GT(fast.lateness.runs.mean.size(), 0);
+    for (Index i = 0; i < fast.lateness.runs.mean.size(); ++i)
+      near(fast.lateness.runs.mean[i], plain.lateness.runs.mean[i]);
     near(fast.scores.log.value.mean, plain.scores.log.value.mean);
     near(fast.scores.energy.value.mean, plain.scores.energy.value.mean);
     near(fast.sensors[0].measurement_share.mean, plain.sensors[0].measurement_share.mean);

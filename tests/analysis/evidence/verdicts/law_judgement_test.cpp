@@ -314,9 +314,10 @@ TEST(Causes, AHeadingTooWideForAGaussianLawIsSaidToBe) {
   EXPECT_TRUE(heading_of(0.5).causes.empty());
 }
 
-TEST(ErrorMean, NeedsMoreRunsThanStates) {
+TEST(ErrorMean, NeedsTwoRuns) {
   const Matrix P = Matrix::Identity(2, 2);
-  EXPECT_FALSE(judge(errors_of(P, P, 2, 10, gaussian(23))).law.error_mean.test.reason.empty());
+  EXPECT_FALSE(judge(errors_of(P, P, 1, 10, gaussian(23))).law.error_mean.test.reason.empty());
+  EXPECT_TRUE(judge(errors_of(P, P, 2, 10, gaussian(23))).law.error_mean.test.reason.empty());
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ struct Target {
   }
 
   LatenessTest study(int runs, std::mt19937_64& generator) const {
-    VectorMoments sums;
+    LatenessSums sums;
     for (int i = 0; i < runs; ++i) run(generator).add_to(sums);
     return test_lateness(sums);
   }
@@ -110,33 +110,110 @@ TEST(Lateness, ABiasIsNone) {
   EXPECT_EQ(same.study(60, generator).reason, "the motion is always the same");
 }
 
-TEST(Lateness, NeedsRuns) {
+/// Errors that are autoregressions upon one that stays, beside a way that turns.
+struct TurningRun {
+  double delay = 0.0;  ///< steps
+  double memory = 0.95;
+  double stays = 1.0;  ///< standard deviation of the error that stays
+  int steps = 500;
+
+  void add_to(LatenessSums& sums, std::mt19937_64& generator) const {
+    std::normal_distribution<double> normal;
+    const auto noise = [&] { return Vector{{normal(generator), normal(generator)}}; };
+    const Vector constant = stays * noise();
+    const double phase = 6.3 * normal(generator);
+    Vector error = noise();
+    RunLateness run;
+    for (int k = 0; k < steps; ++k) {
+      error = memory * error + std::sqrt(1.0 - memory * memory) * noise();
+      const double heading = 2.0 * std::sin(0.05 * k + phase);
+      const Vector motion{{std::cos(heading), std::sin(heading)}};
+      run.add(constant + error - delay * motion, motion);
+    }
+    run.add_to(sums);
+  }
+
+  LatenessTest study(int runs, std::mt19937_64& generator) const {
+    LatenessSums sums;
+    for (int i = 0; i < runs; ++i) add_to(sums, generator);
+    return test_lateness(sums);
+  }
+};
+
+// Of one and two runs the stretches are tested, which may hold less than the level, of more the runs, to five
+// standard errors of 400 studies.
+TEST(Lateness, OfFewRunsErrorsThatHaveNothingToDoWithTheWayAreLateAsOftenAsTheLevelSays) {
+  constexpr int kStudies = 400;
+  for (const int runs : {1, 2, 3, 5, 9}) {
+    for (const double memory : {0.5, 0.95}) {
+      std::mt19937_64 generator(static_cast<unsigned>(40 + runs));
+      int below_5 = 0, below_1 = 0;
+      for (int i = 0; i < kStudies; ++i) {
+        const LatenessTest test = TurningRun{.memory = memory, .steps = 200}.study(runs, generator);
+        ASSERT_TRUE(test.reason.empty()) << test.reason;
+        below_5 += test.p_value <= 0.05 ? 1 : 0;
+        below_1 += test.p_value <= 0.01 ? 1 : 0;
+      }
+      EXPECT_LE(below_5, 20 + 5 * std::sqrt(19.0)) << runs << " runs, memory " << memory;
+      EXPECT_LE(below_1, 4 + 5 * std::sqrt(4.0)) << runs << " runs, memory " << memory;
+      EXPECT_GT(below_5, 0) << runs << " runs, memory " << memory;
+    }
+  }
+}
+
+TEST(Lateness, OneRunThatTurnsTellsTheDelay) {
   std::mt19937_64 generator(6);
-  const LatenessTest few = Target{}.study(9, generator);
-  EXPECT_FALSE(few.reason.empty());
-  EXPECT_TRUE(std::isnan(few.p_value));
-  EXPECT_FALSE(test_lateness({}).reason.empty());
+  for (const int runs : {1, 2, 3, 9}) {
+    const LatenessTest test = TurningRun{.delay = 3.0, .memory = 0.5}.study(runs, generator);
+    EXPECT_LT(test.p_value, 3e-3) << runs << " runs";
+    EXPECT_NEAR(test.steps, 3.0, 0.6) << runs << " runs";
+    EXPECT_GT((TurningRun{.delay = -3.0, .memory = 0.5}.study(runs, generator).p_value), 0.9);
+  }
+}
+
+// Of 20,000 steps the groups are joined by twos, and stretches are what they were.
+TEST(Lateness, ALongRunIsTenStretchesToo) {
+  std::mt19937_64 generator(8);
+  LatenessSums sums;
+  TurningRun{.delay = 1.0, .memory = 0.5, .steps = 20000}.add_to(sums, generator);
+  EXPECT_EQ(sums.stretch_slopes.count, 10);
+  EXPECT_NEAR(sums.stretch_slopes.mean, 1.0, 5.0 * std::sqrt(3.0 / 10000.0));
+  EXPECT_NEAR(sums.run_slopes.mean, sums.stretch_slopes.mean, 0.1);
+}
+
+TEST(Lateness, AWayThatNeverTurnsOrIsTooShortTellsNothing) {
+  std::mt19937_64 generator(6);
+  EXPECT_EQ(test_lateness({}).reason, "no estimates are known beside the errors");
+  const LatenessTest brief = TurningRun{.steps = 49}.study(2, generator);
+  EXPECT_FALSE(brief.reason.empty());
+  EXPECT_TRUE(std::isnan(brief.p_value));
+  RunLateness straight;
+  for (int k = 0; k < 100; ++k) straight.add(Vector::Ones(1), Vector::Ones(1));
+  LatenessSums sums;
+  for (int i = 0; i < 5; ++i) straight.add_to(sums);
+  EXPECT_EQ(test_lateness(sums).reason, kNoVariedMotion);
 }
 
 TEST(Lateness, MergesToTheWholeAndLeavesOutWhatDoesNotFit) {
   std::mt19937_64 generator(7);
-  VectorMoments a, b, whole, merged, none;
+  LatenessSums a, b, whole, merged, none;
   for (int i = 0; i < 12; ++i) {
     const RunLateness run = Target{.steps = 5}.run(generator);
     run.add_to(i < 6 ? a : b);
     run.add_to(whole);
   }
-  merge_lateness(a, merged);
-  merge_lateness(b, merged);
-  merge_lateness(none, merged);
+  merged.merge(a);
+  merged.merge(b);
+  merged.merge(none);
   EXPECT_NEAR(test_lateness(merged).steps, test_lateness(whole).steps, 1e-12);
   RunLateness other;
   other.add(Vector::Ones(1), Vector::Ones(1));
-  VectorMoments of_one;
+  LatenessSums of_one;
   other.add_to(of_one);
-  merge_lateness(of_one, merged);
+  merged.merge(of_one);
   other.add_to(merged);
-  EXPECT_EQ(merged.count, 12);
+  EXPECT_EQ(merged.runs.count, 12);
+  EXPECT_EQ(merged.run_slopes.count, whole.run_slopes.count);
 }
 
 }  // namespace
