@@ -124,8 +124,7 @@ void require_one_filter(const CheckArguments& options) {
   if (options.logs.size() < 2 || options.pool) return;
   throw std::invalid_argument(
       fmt::format("check: {} logs: --pool judges them together, as runs of one filter; those of two filters "
-                  "are judged one by one, "
-                  "and set side by side by credence compare",
+                  "are judged one by one, and set side by side by credence compare",
                   options.logs.size()));
 }
 

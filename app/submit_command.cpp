@@ -120,8 +120,7 @@ void add_submit_command(CLI::App& app) {
       ->check(writable_folder);
   static constexpr const char* kExamples[] = {
       "credence submit mistuned_sweep --slurm --tasks 8 --out out/job",
-      "credence submit mistuned_sweep --slurm --tasks 8 --time 0:20:00 "
-      "--sbatch=--partition=short --submit"};
+      "credence submit mistuned_sweep --slurm --tasks 8 --time 0:20:00 --sbatch=--partition=short --submit"};
   command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{submit(*options)}; });
 }

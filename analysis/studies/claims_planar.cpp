@@ -58,8 +58,7 @@ Claim one_beacon_claim(const PlanarStability& free, const PlanarStability& one, 
       .source = "section 4, Figure 7",
       .statement = "planar: one landmark as anchor makes the filter fully observable",
       .measured = fmt::format("rank O with Jacobians at the truth: {} of {} without anchor, {} of {} with "
-                              "one, {} of {} with two. "
-                              "One leaves the rotation about it free",
+                              "one, {} of {} with two. One leaves the rotation about it free",
                               rank(free.truth), free.state_dim, rank(one.truth), one.state_dim,
                               rank(two.truth), two.state_dim),
       .long_run = fmt::format("at the EKF's own estimates {}, {} and {}: the extra rank is spurious "

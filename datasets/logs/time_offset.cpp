@@ -243,10 +243,9 @@ std::string time_offset_text(const TimeOffset& offset) {
   if (!std::isnan(offset.p_agreement)) {
     return fmt::format(
         "{} was estimated, and used: the estimate's times are {} those of the truth. But the files do not "
-        "have "
-        "one offset: {:.4g} to {:.4g} s fit each best (p = {:.2g}). Where their clocks differ, --time-offset "
-        "each finds that of every file; as it is, when the truth was is not known, so that no errors are "
-        "evidence.",
+        "have one offset: {:.4g} to {:.4g} s fit each best (p = {:.2g}). Where their clocks differ, "
+        "--time-offset each finds that of every file; as it is, when the truth was is not known, so that no "
+        "errors are evidence.",
         whose, order_text(offset.value_s, 4), offset.least_s, offset.most_s, offset.p_agreement);
   }
   const std::string unknown = fmt::format(

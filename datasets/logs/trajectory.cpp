@@ -225,8 +225,7 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
       lines.fail(
           "names no poses with a covariance: accepted are a header with a time, x, y, z, qx, qy, qz, qw and "
           "covariance_0 to covariance_35 (or the 21 of the upper triangle), rows of these without one, and "
-          "what "
-          "ros2 topic echo --csv prints");
+          "what ros2 topic echo --csv prints");
     }
     Trajectory out =
         is_pose_header(line) ? read_rows(lines, *csv, {}, part) : read_rows(lines, *csv, line, part);

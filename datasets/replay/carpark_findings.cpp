@@ -105,8 +105,7 @@ CarparkFinding independence(const CarparkStudy& study, Index anchors) {
       two ? "with two anchors the final trace of the landmarks is the same within 10 % for P0 of 0.05 to 2 m "
             "and 2° to 15° (map only, exact minimal trace)"
           : "with one anchor, said to make it independent of P0 too, it differs by more than a factor of 2 "
-            "(map "
-            "only, exact minimal trace)",
+            "(map only, exact minimal trace)",
       fmt::format("largest over smallest: {}; without inflation {}, pairwise {}", text(spread),
                   text(spread_over_initials(study, {none, pairwise, anchors})),
                   text(spread_over_initials(study, {map, pairwise, anchors}))),

@@ -26,8 +26,7 @@ void require_survey(const ReplaySettings& settings) {
   if (settings.filter.association == ReplayAssociation::survey) return;
   throw std::invalid_argument(
       "filter.association = compatibility: which landmark an observation is given would depend on the noise "
-      "that is "
-      "tuned; tune with filter.association = survey");
+      "that is tuned; tune with filter.association = survey");
 }
 
 double number_of(const ReplaySettings& settings, const std::string& key) {

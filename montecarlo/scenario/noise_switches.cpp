@@ -24,8 +24,7 @@ KeyRow detection_key() {
       .unit = "",
       .meaning =
           "chance that a landmark in view (else a component of the measurement) is measured at a step; the "
-          "others "
-          "are missed",
+          "others are missed",
       .field = real_field<&Scenario::noise, &NoiseSettings::detection_probability>({0.0, 1.0, true, false}),
       .in_effect = [](const Scenario& s) { return s.noise.detection_probability < 1.0; }};
 }

@@ -31,8 +31,8 @@ std::string_view estimator_meanings() {
       all += fmt::format("{}: {}; ", kind.name, kind.meaning);
     return all +
            "in space of these ekf, ideal, fej, invariant, and ekf-se3: pose in SE(3), landmarks by "
-           "differences; "
-           "in a linear world kalman; steady-state: with the gain to which it settles; smoother: "
+           "differences; in a linear world kalman; steady-state: with the gain to which it settles; "
+           "smoother: "
            "Rauch-Tung-Striebel; schmidt: filter.considered are not estimated; own-gain: with filter.gain";
   }();
   return text;

@@ -148,24 +148,21 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"cross-covariances", "cross-covariance|correlation of the whitened errors",
      "the entries of P by which errors of different states go together",
      "A filter that drops them can be right in every block and wrong in the whole. Errors whose sign is "
-     "turned "
-     "in one block look as if these entries were wrong."},
+     "turned in one block look as if these entries were wrong."},
     {"linearisation", "linearised|linearize|linearization", "replacing a curved model by its tangent",
      "At an estimate that is far off the tangent is wrong: the filter corrects in wrong directions, and "
-     "believes "
-     "to know what it does not."},
+     "believes to know what it does not."},
     {"initial covariance", "P0|start", "the P with which a filter begins",
      "If it is wrong, the first steps are inconsistent, and later ones where nothing is measured."},
     {"correlated in time", "coloured noise|autocorrelation|lag|lags", "each value resembles the one before",
      "Filters assume noise that is not: a sensor with a filter of its own, or a disturbance that lasts, "
-     "makes P "
-     "too small. A state for it, or a larger R, mends it."},
+     "makes "
+     "P too small. A state for it, or a larger R, mends it."},
     {"wrapped", "unwrapped|not wrapped|wrap", "of an angle: brought back to within half a turn",
      "A difference of 359° is one of −1°. Wrap every difference of angles, of errors and of innovations."},
     {"prior", "", "what a filter believes before it takes a measurement",
      "Sensors that are read at one time are taken one after the other, each with the P that the one before "
-     "left; "
-     "with the same P for all, what they have in common is counted twice."},
+     "left; with the same P for all, what they have in common is counted twice."},
     {"late", "lateness|delay|latency", "of a measurement: taken earlier than the filter believes",
      "Its errors point back along the way. Use the time at which it was measured, and move the estimate "
      "there."},
@@ -183,13 +180,11 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "Kolmogorov-Smirnov looks at the body of the law, Anderson-Darling at its tails."},
     {"stands", "together|stand", "of a sweep: inconsistent also when all configurations are judged together",
      "Of many configurations some look inconsistent by chance. Of those that stand, at most 5 % are expected "
-     "to "
-     "be false (Benjamini and Yekutieli).",
+     "to be false (Benjamini and Yekutieli).",
      true},
     {"verdict", "verdicts", "consistent, optimistic, pessimistic, mixed, not Gaussian or undecided",
      "One word over all that was judged. It is wrong of a consistent filter with a probability of at most 5 "
-     "%, or "
-     "what --confidence leaves.",
+     "%, or what --confidence leaves.",
      true},
     {"run", "runs", "one course of the filter from its start to its end",
      "Runs are independent; the steps within one are not. More runs tell more than longer ones.", true},

@@ -24,8 +24,7 @@ Causes find_linearisation(const Findings& findings) {
     return {};  // nor is their size all that tells
   const bool moved = findings.nis.verdict == Verdict::optimistic;
   const std::string why = fmt::format(
-      "mean NEES is {:.3g} of {:.3g} while the innovations are {} (mean NIS "
-      "{:.4g} of {:.4g}){}",
+      "mean NEES is {:.3g} of {:.3g} while the innovations are {} (mean NIS {:.4g} of {:.4g}){}",
       findings.nees.mean, findings.nees.expected, moved ? "hardly too large" : "as they should be",
       findings.nis.mean, findings.nis.expected, untested_correlation(findings));
   // With P too small (Σ ⪰ P) and the right F and Q NEES cannot grow in P⁻ = F P Fᵀ + Q, as tr (P⁻)⁻¹ F (Σ −

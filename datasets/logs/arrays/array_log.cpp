@@ -131,8 +131,7 @@ class ArrayRoles {
       if (pair.dim < 2 || pair.steps != pair.dim || (runs && pair.runs != pair.dim)) continue;
       return fmt::format(
           "{} and {} fit two readings: taken are {}{} steps of {} components, ({}steps, n) and ({}steps, n, "
-          "n). "
-          "Where steps stand last, {}.",
+          "n). Where steps stand last, {}.",
           shape_text(vectors), shape_text(matrices), runs ? fmt::format("{} runs of ", pair.runs) : "",
           pair.steps, pair.dim, runs ? "runs, " : "", runs ? "runs, " : "", turn_text(vectors, matrices));
     }

@@ -141,10 +141,8 @@ std::string ConventionCheck::likely_mistake(const ReadingFit& declared, const Tr
   if (!best) return "";
   return fmt::format(
       "The covariance does not fit as it is read (chart {}, {}). It nearly would if {} (mean NEES {:.4g}; "
-      "{}), though "
-      "errors are correlated for too long to test that. Whether it is so, the log cannot say: look at the "
-      "program "
-      "that wrote it.",
+      "{}), though errors are correlated for too long to test that. Whether it is so, the log cannot say: "
+      "look at the program that wrote it.",
       declared_.name, misfit_text(declared, 6), best->cause, best_fit.nees, best->repair);
 }
 

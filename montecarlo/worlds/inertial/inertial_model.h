@@ -29,8 +29,7 @@ class InertialModel {
   using Group = ProductGroup<SE23, VectorGroup<6>>;
   static constexpr const char* kCoordinates =
       "SE_2(3) x R^6: place p (m), velocity v (m/s), attitude R = Exp of a rotation vector (rad), biases of "
-      "gyro "
-      "(rad/s) and accelerometer (m/s^2)";
+      "gyro (rad/s) and accelerometer (m/s^2)";
   using Input = Eigen::Matrix<double, 6, 1>;  ///< rate (rad/s) and specific force (m/s²), as read
 
   /// Of a scenario of the inertial world.

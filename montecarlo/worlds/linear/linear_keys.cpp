@@ -242,9 +242,9 @@ std::vector<KeyRow> linear_keys() {
       {.section = "world",
        .name = "period",
        .unit = "",
-       .meaning = "steps after which the matrices repeat themselves; each of F, G, H, Q, R, also in "
-                  "[filter], is one "
-                  "matrix, or as many one above the other as the period has steps",
+       .meaning =
+           "steps after which the matrices repeat themselves; each of F, G, H, Q, R, also in [filter], "
+           "is one matrix, or as many one above the other as the period has steps",
        .field = own_integer(std::string(kPeriod), 1, 1, 10'000),
        .in_effect = [](const Scenario& s) { return period_of(s) > 1; }},
       {.section = "world",

@@ -336,8 +336,7 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
   }
   table.notes = {
       "Mean over the runs that both finished, with its interval (Student's and Hall's scores), and the "
-      "p-value of no "
-      "difference, not adjusted for the number of pairs.",
+      "p-value of no difference, not adjusted for the number of pairs.",
       "gain of pairing: how many times more runs would be needed for the same precision if each estimator "
       "had noise of its own."};
   return table;
