@@ -209,7 +209,7 @@ class Pages(unittest.TestCase):
         self.browser.open(self.pages["sweep"])
         values = """(() => {
           const table = document.querySelector('.table table');
-          const th = [...table.querySelectorAll('th')].find(t => t.textContent === 'mean NEES');
+          const th = [...table.querySelectorAll('th')].find(t => t.textContent === 'NEES');
           th.querySelector('button').click();
           return [...table.tBodies[0].rows].map(r => parseFloat(r.cells[th.cellIndex].textContent));
         })()"""

@@ -10,7 +10,7 @@
 namespace credence::internal {
 namespace {
 
-Matrix positive_definite(Index n, int seed) {
+Matrix positive_definite(Index n, std::uint64_t seed) {
   const Matrix A = random_matrix(n, n, seed);
   return A * A.transpose() + 0.1 * Matrix::Identity(n, n);
 }
@@ -18,7 +18,7 @@ Matrix positive_definite(Index n, int seed) {
 TEST(SmallCholesky, has_the_bits_of_eigen_at_every_size) {
   SmallCholesky small;
   for (Index n = 1; n <= SmallCholesky::kMost; ++n) {
-    for (int seed = 1; seed <= 5; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const Matrix P = positive_definite(n, seed);
       const Eigen::LLT<Matrix> llt(P);
       ASSERT_TRUE(small.compute(P)) << n;

@@ -53,14 +53,14 @@ TEST(WriteDocument, FiguresThatTakeTimeAreMadeWithThePage) {
   Document document("Study");
   int made = 0;
   document.figure("empty", [] { return Figure{.name = "empty"}; });
-  document.figure("late", [&made] {
+  document.figure("slow", [&made] {
     ++made;
-    return drawable("late", 1);
+    return drawable("slow", 1);
   });
   EXPECT_EQ(made, 0);
   write_document(document, folder.path(), {});
   EXPECT_EQ(made, 1);
-  EXPECT_THAT(folder.read("index.html"), HasSubstr("<b>Figure A.</b> The caption of late."));
+  EXPECT_THAT(folder.read("index.html"), HasSubstr("<b>Figure A.</b> The caption of slow."));
   EXPECT_FALSE(fs::exists(folder / "figures/empty.svg"));
 }
 

@@ -19,7 +19,7 @@ TEST(EffectiveSteps, OfFourRunsByHand) {
 }
 
 TEST(EffectiveSteps, AgreeWithTheExactLaw) {
-  constexpr double kPhi = 0.9;
+  constexpr double kMemory = 0.9;
   constexpr std::size_t kSteps = 10, kRuns = 20000;
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;
@@ -28,11 +28,11 @@ TEST(EffectiveSteps, AgreeWithTheExactLaw) {
     double a = normal(generator), b = normal(generator);
     for (double& nees : run) {
       nees = a * a + b * b;
-      a = kPhi * a + std::sqrt(1.0 - kPhi * kPhi) * normal(generator);
-      b = kPhi * b + std::sqrt(1.0 - kPhi * kPhi) * normal(generator);
+      a = kMemory * a + std::sqrt(1.0 - kMemory * kMemory) * normal(generator);
+      b = kMemory * b + std::sqrt(1.0 - kMemory * kMemory) * normal(generator);
     }
   }
-  const std::vector<Matrix> transitions(kSteps, kPhi * Matrix::Identity(2, 2));
+  const std::vector<Matrix> transitions(kSteps, kMemory * Matrix::Identity(2, 2));
   const std::vector<Matrix> covariances(kSteps, Matrix::Identity(2, 2));
   // The variance of a variance of sums with this tail: √(4/20000), and five of them.
   EXPECT_NEAR(measured_effective_steps(runs) / linear_nees_time_law(transitions, covariances).effective_steps,

@@ -252,7 +252,7 @@ TEST(Npz, NisAloneNamesItsDimension) {
   EXPECT_EQ(layout.sensors[0].dim, 2);
   EXPECT_EQ(layout.sensors[1].name, "");
   EXPECT_TRUE(layout.sensors[1].nis_alone);
-  EXPECT_NEAR(sink.runs[1].steps[2].innovations[0].nu.squaredNorm(), 6.0, 1e-12);
+  EXPECT_NEAR(sink.runs[1].steps[2].innovations[0].nu[0], 6.0, 1e-12);
   EXPECT_EQ(sink.runs[1].steps[1].innovations[0].nu.size(), 0);
   EXPECT_EQ(sink.runs[1].steps[2].problem, "a NIS is negative");
 }

@@ -103,7 +103,7 @@ TEST(LogGate, WhatItSaysOfAChangeHoldsAtTheConfidenceAsked) {
     ASSERT_GT(gate.changes[0].adjusted, 0.01);
     ASSERT_LT(gate.changes[0].adjusted, 0.05);
     if (confidence < 0.96)
-      EXPECT_THAT(gate_sentence(gate), HasSubstr("It is more pessimistic in the whole state"));
+      EXPECT_THAT(gate_sentence(gate), HasSubstr("It is nearer to right in the whole state"));
     if (confidence > 0.98) EXPECT_THAT(gate_sentence(gate), Not(HasSubstr("It is")));
   }
 }
