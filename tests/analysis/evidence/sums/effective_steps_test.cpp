@@ -20,10 +20,10 @@ TEST(EffectiveSteps, OfFourRunsByHand) {
 
 TEST(EffectiveSteps, AgreeWithTheExactLaw) {
   constexpr double kMemory = 0.9;
-  constexpr std::size_t kSteps = 10, kRuns = 20000;
+  constexpr std::size_t kLength = 10, kRuns = 20000;
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;
-  std::vector<std::vector<double>> runs(kRuns, std::vector<double>(kSteps));
+  std::vector<std::vector<double>> runs(kRuns, std::vector<double>(kLength));
   for (std::vector<double>& run : runs) {
     double a = normal(generator), b = normal(generator);
     for (double& nees : run) {
@@ -32,8 +32,8 @@ TEST(EffectiveSteps, AgreeWithTheExactLaw) {
       b = kMemory * b + std::sqrt(1.0 - kMemory * kMemory) * normal(generator);
     }
   }
-  const std::vector<Matrix> transitions(kSteps, kMemory * Matrix::Identity(2, 2));
-  const std::vector<Matrix> covariances(kSteps, Matrix::Identity(2, 2));
+  const std::vector<Matrix> transitions(kLength, kMemory * Matrix::Identity(2, 2));
+  const std::vector<Matrix> covariances(kLength, Matrix::Identity(2, 2));
   // The variance of a variance of sums with this tail: √(4/20000), and five of them.
   EXPECT_NEAR(measured_effective_steps(runs) / linear_nees_time_law(transitions, covariances).effective_steps,
               1.0, 0.07);
