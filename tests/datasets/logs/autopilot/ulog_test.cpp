@@ -180,9 +180,7 @@ TEST(Ulog, TestRatiosAloneGiveNis) {
   EXPECT_EQ(names,
             (std::vector<std::string>{"baro_vpos", "heading", "mag_field.1", "mag_field.2", "mag_field.3"}));
   ASSERT_EQ(run.steps.size(), 20U);
-  const auto nis = [&](std::size_t k, std::size_t sensor) {
-    return run.steps[k].innovations[sensor].nu[0];
-  };
+  const auto nis = [&](std::size_t k, std::size_t sensor) { return run.steps[k].innovations[sensor].nu[0]; };
   EXPECT_NEAR(nis(2, 0), 0.25 * 3.0 * 4.0 * 4.0, 1e-5);  // ratio × gate²
   EXPECT_NEAR(nis(2, 1), 3.0 * 2.6 * 2.6, 1e-5);
   EXPECT_NEAR(nis(2, 4), 9.0 * 3.0 * 3.0, 1e-5);
