@@ -92,19 +92,6 @@ TEST(ChiSquare, OfEvenDofKeepsItsDigitsInBothTails) {
   }
 }
 
-// As far as tests look into the tails; double is exact to the rounding of its sums of up to 10⁵ terms.
-TEST(ChiSquare, OfManyDofKeepsItsDigits) {
-  for (const double dof : {999.0, 1001.0, 1e4, 1e6, 1e8}) {
-    for (const double z : {-9.0, -7.9, -4.4, -1.0, 0.0, 1e-3, 2.0, 5.0, 7.9, 9.0}) {
-      const double x = dof + z * std::sqrt(2.0 * dof);
-      const double below = static_cast<double>(boost::math::gamma_p(0.5L * dof, 0.5L * x));
-      const double above = static_cast<double>(boost::math::gamma_q(0.5L * dof, 0.5L * x));
-      EXPECT_NEAR(chi_square_cdf(x, dof) / below, 1.0, 1e-12) << x << " of " << dof;
-      EXPECT_NEAR(chi_square_survival(x, dof) / above, 1.0, 1e-12) << x << " of " << dof;
-    }
-  }
-}
-
 TEST(ChiSquare, QuantileInvertsForHugeDof) {
   for (const double dof : {1e6, 1e7, 1e8, 9.9e8, 1e9, 1.1e9, 1e12}) {
     for (const double p : {1e-12, 1e-4, 0.025, 0.5}) {
