@@ -29,8 +29,8 @@ using Normal = boost::math::normal_distribution<double, Quiet>;
 // Above it the continued fractions of the incomplete gamma function cost too much and may not converge.
 constexpr double kLargestExactDof = 1e9;
 
-// Up to it, double alone has 13 digits, in a seventh of the time of long double. Beyond it the last of them are
-// others where libm has no fused multiply-add.
+// Up to it, double alone has 13 digits, in a seventh of the time of long double. Beyond it the last of them
+// are others where libm has no fused multiply-add.
 constexpr double kLargestDofInDouble = 1000.0;
 
 template <typename Function>
