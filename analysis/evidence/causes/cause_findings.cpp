@@ -49,13 +49,22 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   f.not_white = f.not_white || not_white;
   if (j.sensors.size() > 1 && !sums.sensor.nis_alone && is_inconsistent(s.nis.verdict))
     f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness});
-  if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
+  if (speaks(j, of_sensor(kInnovationMean, s)) &&
+      (!f.innovation_mean || s.mean.p_value < f.innovation_mean->p_value))
+    f.innovation_mean = s.mean;
   if (s.gate && !s.gate->known) f.gate = s.gate;
-  if (!s.gate) f.cut_off = cut_off_of(sums, s);
+  if (const auto cut_off = s.gate ? std::nullopt : cut_off_of(sums, s);
+      cut_off && (!f.cut_off || cut_off->expected > f.cut_off->expected))
+    f.cut_off = cut_off;
   if (s.perhaps_gate && s.nis.verdict == Verdict::pessimistic) f.perhaps_gate = s.perhaps_gate;
-  if (!f.rejection) f.rejection = find_gate_rejection(sums.changes);
+  // Bonferroni over the sensors; NaN stays.
+  const auto of_all = [&j](double p) { return std::min(1.0, static_cast<double>(j.sensors.size()) * p); };
+  if (auto rejection = find_gate_rejection(sums.changes)) {
+    rejection->p_value = of_all(rejection->p_value);
+    if (!f.rejection || rejection->p_value < f.rejection->p_value) f.rejection = rejection;
+  }
   ZeroMeanTest first = test_zero_mean(sums.first);
-  first.p_value = std::min(1.0, static_cast<double>(j.sensors.size()) * first.p_value);  // NaN stays
+  first.p_value = of_all(first.p_value);
   if (first.reason.empty() && (!f.first_innovation || first.p_value < f.first_innovation->p_value))
     f.first_innovation = first;
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
