@@ -171,10 +171,10 @@ double least_cost(CommonErrors& errors) {
   int best = -kGrid;
   double least = std::numeric_limits<double>::infinity();
   const std::vector<Moments> nees = errors.on_grid(taus);
-  for (int i = -kGrid; i <= kGrid; ++i) {
-    if (const double cost = errors.cost(nees[static_cast<std::size_t>(i + kGrid)]); cost < least) {
+  for (std::size_t i = 0; i < nees.size(); ++i) {
+    if (const double cost = errors.cost(nees[i]); cost < least) {
       least = cost;
-      best = i;
+      best = static_cast<int>(i) - kGrid;
     }
   }
   if (std::abs(best) == kGrid) return kNaN;

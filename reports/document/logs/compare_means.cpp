@@ -98,6 +98,7 @@ std::string names_of(const std::vector<MeanOfPart>& parts) {
   constexpr std::size_t kMost = 5;
   if (parts.empty()) return "of nothing";
   std::vector<std::string> names;
+  names.reserve(parts.size());
   for (const MeanOfPart& part : parts) names.push_back(part.name);
   if (names.size() > kMost) {
     names.resize(kMost);
