@@ -7,13 +7,13 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
 constexpr Index kMostFactors = 40;
 constexpr Index most_rotations(Index n) { return 8 * n * n; }
 
 /// R whose inverse has this trace, n²/λ at the most, or eigenvalue is singular but for rounding.
 bool is_singular(Index n, double least_eigenvalue) {
-  return !(least_eigenvalue > 4.0 * static_cast<double>(n * n) * kEpsilon);
+  return !(least_eigenvalue > 4.0 * static_cast<double>(n * n) * kRoundOff);
 }
 
 /// A ← −A⁻¹ of the lower triangle of a positive definite matrix, by sweeps; false where a pivot is none.
@@ -134,7 +134,7 @@ Index InverseRoot::diagonalise(Index n, double* __restrict d, double* __restrict
   Index count = 0;
   e[n - 1] = 0.0;
   const auto is_whole = [&](Index i) {
-    return std::abs(e[i]) > kEpsilon * (std::abs(d[i]) + std::abs(d[i + 1]));
+    return std::abs(e[i]) > kRoundOff * (std::abs(d[i]) + std::abs(d[i + 1]));
   };
   for (Index first = 0; first + 1 < n;) {
     Index last = first;
