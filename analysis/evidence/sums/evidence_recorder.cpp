@@ -436,30 +436,36 @@ void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
   }
 }
 
-ChangesOfRun::Comparable EvidenceRecorder::comparable_changes(std::span<const RunInnovations> sensors,
-                                                              std::size_t sensor, std::size_t early) {
+std::vector<std::size_t> EvidenceRecorder::seen_at_steps(std::span<const RunInnovations> sensors) {
   constexpr std::size_t kMostComponents = 1'000'003;  // of a sensor; coprime to 2⁶⁴, if many sensors wrap it
-  const RunInnovations& own = sensors[sensor];
+  std::vector<std::size_t> seen(sensors.empty() ? 0 : sensors.front().begins.size(), 0);
+  for (const RunInnovations& sensor : sensors) {
+    for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = kMostComponents * seen[k] + sensor.at(k).size();
+  }
+  return seen;
+}
+
+ChangesOfRun::Comparable EvidenceRecorder::comparable_changes(const RunInnovations& run,
+                                                              std::span<const std::size_t> seen,
+                                                              std::size_t early) {
   ChangesOfRun changes;
   std::size_t i = 0;
-  for (std::size_t k = 0; k < own.begins.size(); ++k) {
-    if (own.at(k).empty()) continue;
+  for (std::size_t k = 0; k < run.begins.size(); ++k) {
+    if (run.at(k).empty()) continue;
     if (i++ < early) continue;
-    std::size_t seen = 0;
-    for (const RunInnovations& of : sensors) seen = kMostComponents * seen + of.at(k).size();
-    changes.add(seen, own.nis[i - 1].before, own.nis[i - 1].change);
+    changes.add(seen[k], run.nis[i - 1].before, run.nis[i - 1].change);
   }
   return changes.comparable();
 }
 
-void EvidenceRecorder::close_innovations(const OpenRun& open, std::size_t sensor) {
-  const RunInnovations& run = open.innovations[sensor];
+void EvidenceRecorder::close_innovations(const RunInnovations& run, std::span<const std::size_t> seen,
+                                         std::size_t sensor) {
   SensorSums& sums = sums_.sensor(layout_.sensors[sensor]);
   sums.varies = sums.varies || !run.pieces || sums.sensor.piece != layout_.sensors[sensor].piece;
   std::vector<double> nis;
   std::size_t early = 0;  // innovations of the first fifth
   for (std::size_t k = 0; k < settled_from(run.begins.size()); ++k) early += !run.at(k).empty();
-  const ChangesOfRun::Comparable changes = comparable_changes(open.innovations, sensor, early);
+  const ChangesOfRun::Comparable changes = comparable_changes(run, seen, early);
   for (const auto& [value, dof, noise_share, change, before] : run.nis) {
     sums.by_dimension[dof].add(value, dof);
     const double u = chi_square_cdf(value, static_cast<double>(dof));
@@ -531,7 +537,8 @@ void EvidenceRecorder::close_runs() {
 void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   if (!run.open) return;
   run.open = false;
-  for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run, i);
+  const std::vector<std::size_t> seen = seen_at_steps(run.innovations);
+  for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run.innovations[i], seen, i);
   close_sensor_pairs(run);
   if (well) run.law.add_to(sums_.law, averaged_);
   if (!well || run.nees.empty()) return;

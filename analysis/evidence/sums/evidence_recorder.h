@@ -112,10 +112,12 @@ class EvidenceRecorder {
   void close_last(const BlockError& state);
   void close_runs();
   void close_sensor_pairs(const OpenRun& run);
-  void close_innovations(const OpenRun& open, std::size_t sensor);
+  void close_innovations(const RunInnovations& run, std::span<const std::size_t> seen, std::size_t sensor);
+  /// Of each step of a run what ChangesOfRun::add takes.
+  static std::vector<std::size_t> seen_at_steps(std::span<const RunInnovations> sensors);
   /// The changes of log det P of one sensor's innovations but the first few, which may be compared.
-  static ChangesOfRun::Comparable comparable_changes(std::span<const RunInnovations> sensors,
-                                                     std::size_t sensor, std::size_t early);
+  static ChangesOfRun::Comparable comparable_changes(const RunInnovations& run,
+                                                     std::span<const std::size_t> seen, std::size_t early);
 
   std::string file_;
   RunLayout layout_;
