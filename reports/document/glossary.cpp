@@ -156,8 +156,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "If it is wrong, the first steps are inconsistent, and later ones where nothing is measured."},
     {"correlated in time", "coloured noise|autocorrelation|lag|lags", "each value resembles the one before",
      "Filters assume noise that is not: a sensor with a filter of its own, or a disturbance that lasts, "
-     "makes "
-     "P too small. A state for it, or a larger R, mends it."},
+     "makes P too small. A state for it, or a larger R, mends it."},
     {"wrapped", "unwrapped|not wrapped|wrap", "of an angle: brought back to within half a turn",
      "A difference of 359° is one of −1°. Wrap every difference of angles, of errors and of innovations."},
     {"prior", "", "what a filter believes before it takes a measurement",

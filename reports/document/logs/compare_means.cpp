@@ -124,8 +124,8 @@ void compare_means(const Judgement& now, const Json& before, LogGate& gate) {
   if (gate.by_means) return;
   gate.why_not = fmt::format(
       "as it has means with bounds {} (`nees`, `blocks` and `sensors` with `mean` and `overall`) and these "
-      "logs "
-      "{}; write it anew with `credence check --format json` of logs with the same states and innovations",
+      "logs {}; write it anew with `credence check --format json` of logs with the same states and "
+      "innovations",
       names_of(first), names_of(second));
 }
 
