@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace credence::internal {
 
@@ -15,7 +16,8 @@ std::size_t JudgedStates::place_of(const std::string& name) {
   return names_.size() - 1;
 }
 
-void JudgedStates::begin_run(const RunLayout& layout) {
+void JudgedStates::begin_run(const std::string& name, const RunLayout& layout) {
+  ends_.begin_run(name, layout.has_truth && !layout.states.empty());
   place_.clear();
   open_ = 0;
   if (!layout.has_truth) return;
@@ -30,9 +32,10 @@ void JudgedStates::begin_run(const RunLayout& layout) {
       std::ranges::count_if(place_, [this](std::size_t place) { return !judged_[place]; }));
 }
 
-void JudgedStates::add(std::span<const Index> states) {
+void JudgedStates::add(const Step& step) {
+  ends_.add(step.step, !step.states.empty());
   if (open_ == 0) return;
-  for (const Index state : states) {
+  for (const Index state : step.states) {
     const std::size_t place = place_[static_cast<std::size_t>(state)];
     if (judged_[place]) continue;
     judged_[place] = true;
@@ -41,13 +44,14 @@ void JudgedStates::add(std::span<const Index> states) {
 }
 
 void JudgedStates::merge(const JudgedStates& later) {
+  ends_.merge(later.ends_);
   for (std::size_t i = 0; i < later.names_.size(); ++i) {
     const std::size_t place = place_of(later.names_[i]);
     if (later.judged_[i]) judged_[place] = true;
   }
 }
 
-std::string JudgedStates::sentence() const {
+std::string JudgedStates::never_judged() const {
   constexpr std::size_t kMost = 8;
   std::vector<std::string> never;
   for (std::size_t i = 0; i < names_.size(); ++i) {
@@ -60,6 +64,12 @@ std::string JudgedStates::sentence() const {
   return fmt::format("No row has an estimate and a truth of {}{}, which {} not judged.",
                      fmt::join(never, ", "), all > kMost ? fmt::format(" and {} more", all - kMost) : "",
                      all == 1 ? "is" : "are");
+}
+
+std::vector<std::string> JudgedStates::sentences() const {
+  std::vector<std::string> all = ends_.sentences();
+  if (std::string never = never_judged(); !never.empty()) all.insert(all.begin(), std::move(never));
+  return all;
 }
 
 }  // namespace credence::internal

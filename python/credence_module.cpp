@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <exception>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -149,7 +150,7 @@ class Collector {
                      .times = StepTimes::every(dt)},
                     !mistakes_.empty(), runs);
     runs.remarks = std::move(mistakes_);
-    if (std::string text = judged_.sentence(); !text.empty()) runs.remarks.push_back(std::move(text));
+    std::ranges::move(judged_.sentences(), std::back_inserter(runs.remarks));
     runs.failures_said = std::move(failures_said_);
     evidence_ = {};
     calibration_ = {};

@@ -25,16 +25,20 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
     const std::string name = fmt::format("run {}", arrays.first_run + r);
     recorder.begin_file(name, arrays.layout);
     recorder.begin_run();
-    judged.begin_run(arrays.layout);
+    judged.begin_run(name, arrays.layout);
     if (calibration != nullptr) calibration->begin_run(arrays.layout, name);
     for (std::int64_t row = 0; row < run.steps; ++row) {
       stop_point();
       reader.read(r, row, step);
       const bool taken = recorder.add(step);
-      judged.add(step.states);
+      judged.add(step);
       if (taken && calibration != nullptr) calibration->add(step, kNaN, recorder.factored());
     }
-    if (run.failure) recorder.end_run(run.failure->outcome, run.failure->step);
+    if (run.failure) {
+      recorder.end_run(run.failure->outcome, run.failure->step);
+      judged.failed();
+    }
+    judged.end_run();
   }
   return recorder.take();
 }

@@ -31,6 +31,13 @@ std::size_t triangle_index(Index i, Index j, Index n) {
   return static_cast<std::size_t>(i * n - i * (i - 1) / 2 + (j - i));
 }
 
+/// "nan" as programs write it, in letters of either case, with a sign or without.
+bool is_nan_word(std::string_view field) {
+  if (field.front() == '-' || field.front() == '+') field.remove_prefix(1);
+  return std::ranges::equal(field, std::string_view("nan"), {},
+                            [](char c) { return c < 'a' ? static_cast<char>(c + ('a' - 'A')) : c; });
+}
+
 }  // namespace
 
 FilterLogReader::FilterLogReader(const std::filesystem::path& file) : lines_(file) {
@@ -86,13 +93,14 @@ void FilterLogReader::parse_fields(std::string_view line) {
       fields[count] = plain;
     } else if (count < columns) {
       const std::string_view field = trim_blanks(line.substr(begin, end - begin));
-      if (field.empty()) {
+      if (field.empty() || is_nan_word(field)) {
         fields[count] = std::numeric_limits<double>::quiet_NaN();
       } else if (const std::optional<double> number = parse_finite(field)) {
         fields[count] = *number;
       } else {
-        lines_.fail(fmt::format("column {}: '{}' is not a finite number (a missing value is a blank field)",
-                                shown_field(names_[count]), shown_field(field)));
+        lines_.fail(
+            fmt::format("column {}: '{}' is not a finite number (a missing value is a blank field or nan)",
+                        shown_field(names_[count]), shown_field(field)));
       }
     }
     begin = end + 1;

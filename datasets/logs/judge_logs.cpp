@@ -86,24 +86,30 @@ class GroupSink final : public LogSink {
     require_sensors(layout);
     sums_.begin_file(file_, layout);
     sums_.begin_run();
-    group_.judged.begin_run(layout);
     group_.fingerprints.begin_run();
     group_.times.begin_run();
-    const std::string name = file_.stem().string();
-    group_.calibration.begin_run(layout, runs_++ == 0 ? name : fmt::format("{}:{}", name, runs_));
+    ++runs_;
+    const auto run_of = [this](const std::string& file) {
+      return runs_ == 1 ? file : fmt::format("{}:{}", file, runs_);
+    };
+    group_.judged.begin_run(run_of(file_.string()), layout);
+    group_.calibration.begin_run(layout, run_of(file_.stem().string()));
   }
   void add(const Step& step) override {
     stop_point();
     ++steps_;
     const double travelled_m = std::exchange(travelled_m_, kNaN), time_s = std::exchange(time_s_, kNaN);
     if (sums_.add(step)) group_.calibration.add(step, travelled_m, sums_.factored());
-    group_.judged.add(step.states);
+    group_.judged.add(step);
     group_.fingerprints.add(step);
     group_.times.add(step.step, time_s);
   }
   void travelled(double distance_m) override { travelled_m_ = distance_m; }
   void at(double time_s) override { time_s_ = time_s; }
-  void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
+  void end_run(Outcome outcome, std::int64_t step) override {
+    sums_.end_run(outcome, step);
+    group_.judged.failed();
+  }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
   void hint(std::string sentence) override {
     group_.remarks.push_back({file_, std::move(sentence), true, true});
@@ -172,6 +178,7 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
       for (Evidence& chunk : sums.take_chunks()) group.chunks.push_back(std::move(chunk));
     }
     group.chunks.push_back(sums.take());
+    group.judged.end_run();
   } catch (...) {
     group.error = std::current_exception();
   }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <span>
 #include <utility>
 
 #include "core/manifold/angle.h"
@@ -186,6 +188,24 @@ std::string over_runs_text(std::int64_t runs) {
   return runs == 1 ? "of one run" : fmt::format("means over {} runs", runs);
 }
 
+namespace {
+
+/// A mean far above its bounds would leave nothing else to be seen on a linear axis.
+void show_divergence(Panel& panel, std::span<const StepTest> steps) {
+  constexpr double kFar = 50.0;
+  double highest = 0.0, bound = 0.0, least = std::numeric_limits<double>::infinity();
+  for (const StepTest& step : steps) {
+    if (std::isfinite(step.mean)) highest = std::max(highest, step.mean);
+    if (std::isfinite(step.simultaneous_upper)) bound = std::max(bound, step.simultaneous_upper);
+    if (step.expected > 0.0) least = std::min(least, step.expected);
+  }
+  if (!(highest > kFar * bound && bound > 0.0 && std::isfinite(least))) return;
+  panel.log_y = true;
+  panel.y_range = {0.1 * least, 2.0 * highest};
+}
+
+}  // namespace
+
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact) {
   const StepTimes* const times = verdict.times.get();
@@ -211,6 +231,7 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
       line_series("measured mean", ColourRole::estimate, x, tested(&StepTest::mean))};
   if (!exact.empty())
     panel.series.push_back(line_series("exact", ColourRole::exact, step_places(times, exact.size()), exact));
+  show_divergence(panel, shown);
   return panel;
 }
 

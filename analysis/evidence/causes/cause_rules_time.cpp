@@ -110,10 +110,15 @@ Causes find_late_measurements(const Findings& findings) {
   const InnovationShape shape = innovation_shape(findings);
   const double small = std::max(kSmall, kLittleBesideErrors * excess);
   if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
+  const StepTimes* const times = findings.nees.times.get();
   return {{Cause::late_measurements,
-           fmt::format("the errors point back along the path by about {:.2g} steps (p "
+           fmt::format("the errors point back along the path by about {:.2g} steps{} (p "
                        "= {:.2g}), which explains {:.0f} % of the excess of NEES",
-                       test.steps, test.p_value, 100.0 * std::min(1.0, test.explained))}};
+                       test.steps,
+                       times != nullptr && times->known()
+                           ? fmt::format(", {:.2g} s,", test.steps * times->interval_s())
+                           : "",
+                       test.p_value, 100.0 * std::min(1.0, test.explained))}};
 }
 
 Causes find_bias(const Findings& findings) {

@@ -28,6 +28,8 @@ class StepTimes {
   bool known() const { return step_s_ > 0.0 || (agreed_ && last_step_ > first_step_); }
   /// Times are as the runs tell them; else, of clocks that differ or count from 1970, since the first row.
   bool as_told() const;
+  /// Between two steps, on average; of times that are known.
+  double interval_s() const;
   /// NaN where not known.
   double at(std::int64_t step) const;
   /// " (t = 18.8 s)", " (t = 18.8 to 20.1 s)" or " (18.8 s after the start)"; "" where not known.
@@ -36,7 +38,6 @@ class StepTimes {
  private:
   /// As add, but for when the run began.
   void place(std::int64_t step, double time_s);
-  double interval_s() const;  ///< between two steps, on average
 
   double step_s_ = 0.0;            ///< of simulated runs, and then all that is known
   std::vector<double> elapsed_s_;  ///< at the steps 1, 1 + stride, …, since the first row; NaN: not known

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
@@ -166,7 +168,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
   logs.remarks = remarks_of(result);
-  if (std::string text = result.judged.sentence(); !text.empty()) logs.remarks.push_back(std::move(text));
+  std::ranges::move(result.judged.sentences(), std::back_inserter(logs.remarks));
   judge_collected(
       std::move(result.evidence), std::move(result.calibration),
       {.confidence = options.confidence,

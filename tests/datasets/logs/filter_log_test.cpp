@@ -237,6 +237,22 @@ TEST_F(FilterLog, AnAsymmetricCovarianceIsAProblemOfTheRow) {
   EXPECT_EQ(rows.at(1).problem, "a covariance is not symmetric");
 }
 
+TEST_F(FilterLog, NanIsABlankAsProgramsWriteIt) {
+  const std::vector<Step> blank = read(kHeader + "1,2,3,,,4,0,9,0,2\n2,2,3,2,3,4,0,9,,\n");
+  for (const char* word : {"nan", "NaN", "-nan", "NAN", " nan"}) {
+    const std::string nan = word;
+    const std::vector<Step> rows =
+        read(kHeader + "1,2,3," + nan + "," + nan + ",4,0,9,0,2\n2,2,3,2,3,4,0,9," + nan + "," + nan + "\n");
+    ASSERT_EQ(rows.size(), 2U);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      EXPECT_EQ(rows[i].states, blank[i].states) << word;
+      EXPECT_EQ(rows[i].error, blank[i].error);
+      EXPECT_EQ(rows[i].innovations.size(), blank[i].innovations.size());
+      EXPECT_EQ(rows[i].innovations[0].nu.size(), blank[i].innovations[0].nu.size());
+    }
+  }
+}
+
 TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
   const std::string row = "1,2,3,2,3,4,0,9,0,2\n";
   const std::pair<std::string, std::string> cases[] = {
@@ -246,7 +262,10 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + row + "2,2,3,2,3,4,0,9,0,2", "log.csv:3: the last line has no end"},
       {kHeader + row + "2,2,3\n", "log.csv:3: 3 fields where the header names 10 columns"},
       {kHeader + row + "2,2,3,2,3,4,0,9,0,2,5\n", "log.csv:3: 11 fields"},
-      {kHeader + "1,nan,3,2,3,4,0,9,0,2\n", "log.csv:2: column estimate.x: 'nan' is not a finite number"},
+      {kHeader + "1,nane,3,2,3,4,0,9,0,2\n", "log.csv:2: column estimate.x: 'nane' is not a finite number"},
+      {kHeader + "1,-,3,2,3,4,0,9,0,2\n", "log.csv:2: column estimate.x: '-' is not a finite number"},
+      {kHeader + "nan,2,3,2,3,4,0,9,0,2\n", "column step is blank"},
+      {kHeader + "1,2,3,2,3,4,nan,9,0,2\n", "column P.1.2 is blank"},
       {kHeader + "1,inf,3,2,3,4,0,9,0,2\n", "'inf' is not a finite number"},
       {kHeader + "1,2.5.1,3,2,3,4,0,9,0,2\n", "'2.5.1' is not a finite number"},
       {kHeader + "1,\x01\x02,3,2,3,4,0,9,0,2\n", "'?\?' is not a finite number"},

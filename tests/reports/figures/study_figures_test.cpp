@@ -208,6 +208,14 @@ TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
   EXPECT_EQ(find_series(panel, "all steps together")->y[0], 1.25);
   EXPECT_EQ(find_series(panel, "exact")->y.size(), 2U);
   EXPECT_EQ(find_series(verdict_panel("", "", verdict, {}), "exact"), nullptr);
+  EXPECT_FALSE(panel.log_y);
+  ConsistencyVerdict diverged = verdict;
+  diverged.steps[0].mean = 1e9;
+  const Panel far = verdict_panel("ANEES", "mean NEES", diverged, {});
+  EXPECT_NO_THROW(validate({.name = "v", .panels = {far}}));
+  EXPECT_TRUE(far.log_y) << "the bounds would lie on the axis";
+  EXPECT_LT(far.y_range->low, 1.0);
+  EXPECT_GT(far.y_range->high, 1e9);
   // Of a sensor that is slower than the steps, values with gaps between would be no line.
   verdict.steps.insert(verdict.steps.begin() + 1, 2, StepTest{});
   const Panel sparse = verdict_panel("NIS of gps", "mean NIS", verdict, {});

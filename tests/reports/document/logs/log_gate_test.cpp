@@ -221,10 +221,12 @@ TEST(JunitXml, FailuresAreThereExactlyWhereTheCheckFails) {
   EXPECT_THAT(xml, HasSubstr("name=\"bias\"><skipped message=\"a &lt; b\"/>"));
   logs.gate = LogGate{.baseline = "old.json", .changes = std::vector<FactorChange>(1)};
   EXPECT_FALSE(fails(logs)) << "as wrong as it was";
-  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"0\" errors=\"0\" skipped=\"1\""));
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"0\" errors=\"0\" skipped=\"3\""))
+      << "what was wrong before has not passed";
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("(only what is worse than old.json fails)\"/>"));
   logs.gate->worse = {"it is worse"};
   EXPECT_TRUE(fails(logs));
-  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"1\" errors=\"0\" skipped=\"1\""));
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"5\" failures=\"1\" errors=\"0\" skipped=\"3\""));
   logs.gate.reset();
   logs.analysis.judgement.word.verdict = Verdict::undecided;
   EXPECT_FALSE(fails(logs));
