@@ -12,6 +12,7 @@
 
 #include "core/append_item.h"
 #include "core/control_characters.h"
+#include "core/manifold/angle.h"
 #include "core/utf8.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
@@ -23,8 +24,9 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::string_view kInnovation = "innovation", kS = "S", kObservation = "observation", kR = "R",
-                           kNonlinear = "nonlinear", kInflated = "inflated", kTime = "time";
+constexpr std::string_view kError = "error", kEstimate = "estimate", kTruth = "truth",
+                           kInnovation = "innovation", kS = "S", kObservation = "observation", kR = "R",
+                           kNonlinear = "nonlinear", kInflated = "inflated", kTime = "time", kP = "P";
 constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
 // A step beyond this is a mistake, and would ask for gigabytes.
 constexpr std::uint64_t kMostSteps = 10'000'000, kLargestDim = 10'000;
@@ -69,7 +71,8 @@ std::optional<std::size_t> find_array(const ArrayFile& file, std::string_view na
 class ArrayRoles {
  public:
   explicit ArrayRoles(const ArrayFile& file) : file_(file) {
-    if (find("error") || find("P")) state_ = pair("", "error", "P");
+    if (find(kError) || find(kP)) state_ = pair("", errors_are_told() ? kError : kEstimate, kP);
+    if (state_) find_estimate();
     for (const ArrayShape& array : file.arrays()) {
       if (array.name == kInnovation) {
         sensors_.push_back(pair("", kInnovation, kS));
@@ -98,7 +101,11 @@ class ArrayRoles {
     for (const NisArray& sensor : nis_) check_same(sensor.values, sensor.runs, sensor.steps);
   }
 
+  /// The error, or the estimate less truth(), with P.
   const std::optional<ArrayPair>& state() const { return state_; }
+  /// x̂ and x of the same dimensions as state(); nothing where there are none, or x is not needed.
+  std::optional<std::size_t> estimate() const { return estimate_; }
+  std::optional<std::size_t> truth() const { return truth_; }
   const std::vector<ArrayPair>& sensors() const { return sensors_; }
   const std::vector<NisArray>& nis() const { return nis_; }
   std::uint64_t runs() const { return runs_; }
@@ -139,6 +146,20 @@ class ArrayRoles {
   }
 
  private:
+  /// Without an array of errors, one of estimates will do that has its truth.
+  bool errors_are_told() const { return find(kError) || !find(kEstimate) || !find(kTruth); }
+
+  void find_estimate() {
+    estimate_ = find(kEstimate);
+    if (!errors_are_told()) truth_ = find(kTruth);
+    const ArrayShape& errors = file_.arrays()[state_->vectors];
+    for (const auto& array : {estimate_, truth_}) {
+      if (array && file_.arrays()[*array].dims != errors.dims)
+        fail(fmt::format("{} and {}: other dimensions", shape_text(errors),
+                         shape_text(file_.arrays()[*array])));
+    }
+  }
+
   /// Of two arrays with the innovations of one sensor nobody could tell which is meant.
   void require_different_names() const {
     std::map<std::string, std::size_t> arrays;
@@ -168,9 +189,10 @@ class ArrayRoles {
   ArrayPair pair(std::string name, std::string_view vectors, std::string_view matrices) const {
     const auto v = find(vectors), m = find(matrices);
     if (!v || !m) {
-      const bool error = !v && vectors == "error";
+      const bool error = !v && vectors == kError;
       fail(fmt::format("array {} is missing beside {}{}; its arrays are {}", v ? matrices : vectors,
-                       v ? vectors : matrices, error ? " (error: estimate less truth)" : "", shapes()));
+                       v ? vectors : matrices, error ? " (estimate less truth, or these two)" : "",
+                       shapes()));
     }
     const ArrayShape& one = file_.arrays()[*v];
     const ArrayShape& other = file_.arrays()[*m];
@@ -257,6 +279,7 @@ class ArrayRoles {
 
   const ArrayFile& file_;
   std::optional<ArrayPair> state_;
+  std::optional<std::size_t> estimate_, truth_;
   std::vector<ArrayPair> sensors_;
   std::vector<NisArray> nis_;
   std::size_t first_ = 0;  ///< an array to which the others must fit
@@ -294,16 +317,25 @@ class RowReader {
 /// Reads one step after another of a pair of arrays.
 class PairReader {
  public:
-  PairReader(ArrayFile& file, const ArrayPair& pair)
+  /// `less`: an array of the same dimensions that is taken from the vectors.
+  PairReader(ArrayFile& file, const ArrayPair& pair, std::optional<std::size_t> less = {})
       : vectors_(file, pair.vectors, pair.steps, pair.dim),
         matrices_(file, pair.matrices, pair.steps, pair.dim * pair.dim),
-        dim_(static_cast<std::size_t>(pair.dim)) {}
+        dim_(static_cast<std::size_t>(pair.dim)) {
+    if (less) less_.emplace(file, *less, pair.steps, pair.dim);
+  }
 
   /// Writes the components that are not NaN, and their covariance. `problem` is set for one that is not
   /// symmetric.
   void read(std::uint64_t run, std::uint64_t step, std::vector<Index>& kept, Vector& vector, Matrix& matrix,
             std::string_view& problem) {
-    const double* const v = vectors_.row(run, step);
+    const double* v = vectors_.row(run, step);
+    if (less_) {
+      const double* const other = less_->row(run, step);
+      difference_.resize(dim_);
+      std::transform(v, v + dim_, other, difference_.begin(), std::minus<>());
+      v = difference_.data();
+    }
     const double* const m = matrices_.row(run, step);
     kept.clear();
     for (std::size_t i = 0; i < dim_; ++i) {
@@ -324,7 +356,9 @@ class PairReader {
 
  private:
   RowReader vectors_, matrices_;
+  std::optional<RowReader> less_;
   std::size_t dim_;
+  std::vector<double> difference_;
 };
 
 /// "R" of the only sensor, "R_NAME" of one that has a name.
@@ -534,7 +568,7 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
 }
 
 /// Names the arrays that nobody reads, of which one may be misspelt.
-void tell_unread(const ArrayFile& file, const RunLayout& layout, LogSink& sink) {
+void tell_unread(const ArrayFile& file, const ArrayRoles& roles, const RunLayout& layout, LogSink& sink) {
   constexpr std::size_t kMost = 8;
   const auto lacks_its_sensor = [&layout](std::string_view name) {
     constexpr std::string_view kPrefixes[] = {"S_", "R_", "observation_"};
@@ -546,7 +580,9 @@ void tell_unread(const ArrayFile& file, const RunLayout& layout, LogSink& sink) 
   std::string unread;
   std::size_t count = 0;
   for (const ArrayShape& array : file.arrays()) {
-    if (array.name == kNamesOfStates || (is_log_array(array.name) && !lacks_its_sensor(array.name))) continue;
+    const bool used = array.name == kTruth ? roles.truth().has_value()
+                                           : is_log_array(array.name) && !lacks_its_sensor(array.name);
+    if (array.name == kNamesOfStates || used) continue;
     if (++count <= kMost) append_item(unread, shown_field(array.name));
   }
   if (count == 0) return;
@@ -568,11 +604,25 @@ std::uint64_t column_major_place(const std::vector<std::uint64_t>& dims, std::ui
 }
 
 bool is_log_array(std::string_view name) {
-  return name == "error" || name == "P" || name == kInnovation || name == kS ||
-         name.starts_with("innovation_") || name.starts_with("S_") || name == kObservation ||
+  return name == kError || name == kEstimate || name == kTruth || name == kP || name == kInnovation ||
+         name == kS || name.starts_with("innovation_") || name.starts_with("S_") || name == kObservation ||
          name.starts_with("observation_") || name == kR || name.starts_with("R_") || name == kNonlinear ||
          name == kInflated || name == kTime || nis_dimension(name).has_value();
 }
+
+namespace {
+
+/// `of_difference`: the errors are estimate less truth as it stands.
+void add_estimate(const double* estimate, const RunLayout& layout, bool of_difference, Step& step) {
+  step.estimate.resize(step.error.size());
+  for (Index i = 0; i < step.error.size(); ++i) {
+    const auto state = static_cast<std::size_t>(step.states[static_cast<std::size_t>(i)]);
+    step.estimate[i] = estimate[state];
+    if (of_difference && layout.angles[state]) step.error[i] = wrap_angle(step.error[i]);
+  }
+}
+
+}  // namespace
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
   LogConventions conventions(judged);
@@ -587,12 +637,14 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
     noise.emplace_back(file, sensor, piece);
   }
   std::optional<PairReader> state;
-  if (roles.state()) state.emplace(file, *roles.state());
+  if (roles.state()) state.emplace(file, *roles.state(), roles.truth());
+  std::optional<RowReader> estimate;
+  if (roles.estimate()) estimate.emplace(file, *roles.estimate(), roles.steps(), roles.state()->dim);
   const std::string scalars = roles.scalars_text();
   TimeReader times(file, roles.runs(), roles.steps(), scalars, sink);
   if (!scalars.empty()) sink.remark(scalars);
   if (std::string square = roles.square_text(); !square.empty()) sink.remark(std::move(square));
-  tell_unread(file, layout, sink);
+  tell_unread(file, roles, layout, sink);
   Step step;
   std::vector<Index> measured;
   std::vector<std::vector<double>> nis(roles.nis().size());
@@ -606,6 +658,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
       step.line = static_cast<std::int64_t>(run * roles.steps() + k) + 1;
       step.problem = {};
       if (state) state->read(run, k, step.states, step.error, step.P, step.problem);
+      if (estimate) add_estimate(estimate->row(run, k), layout, roles.truth().has_value(), step);
       step.innovations.resize(layout.sensors.size());
       for (std::size_t i = 0; i < sensors.size(); ++i) {
         Innovation& innovation = step.innovations[i];
@@ -632,9 +685,10 @@ LogContents list_arrays(const ArrayFile& file) {
   for (const ArrayShape& array : file.arrays()) {
     std::int64_t count =
         array.dims.empty() ? 0 : 1;  // rows: all dimensions but the last, of P and S the last two
-    const bool matrices = array.name == "P" || array.name == kS || array.name.starts_with("S_") ||
+    const bool matrices = array.name == kP || array.name == kS || array.name.starts_with("S_") ||
                           array.name == kR || array.name.starts_with("R_");
-    const bool vectors = array.name == "error" || array.name.starts_with(kInnovation);
+    const bool vectors = array.name == kError || array.name == kEstimate || array.name == kTruth ||
+                         array.name.starts_with(kInnovation);
     const std::size_t of_row = matrices ? 2U : nis_dimension(array.name) || array.name == kTime ? 0U : 1U;
     const std::size_t inner = std::min(array.dims.size(), of_row);
     for (std::size_t i = 0; i + inner < array.dims.size(); ++i)
@@ -644,7 +698,9 @@ LogContents list_arrays(const ArrayFile& file) {
                                            ? array.type
                                            : fmt::format("{} ({})", array.type, fmt::join(array.dims, ", ")),
                                .count = count,
-                               .use = array.name == "error"       ? "error"
+                               .use = array.name == kError        ? "error"
+                                      : array.name == kEstimate   ? "estimate"
+                                      : array.name == kTruth      ? "truth"
                                       : array.name == kTime       ? "time"
                                       : nis_dimension(array.name) ? "NIS alone"
                                       : vectors                   ? "innovations"

@@ -9,7 +9,8 @@
 #include "datasets/logs/log_format.h"
 
 /// @file
-/// Runs of a filter as arrays: `error` (runs, steps, n) with `P` (runs, steps, n, n), and `innovation` (runs,
+/// Runs of a filter as arrays: `error` (runs, steps, n), or `estimate` and `truth`, with `P` (runs, steps, n,
+/// n), and `innovation` (runs,
 /// steps, m) with `S` (runs, steps, m, m), or `innovation_NAME` with `S_NAME` for each of several sensors;
 /// `nis_DIM` or `nis_NAME_DIM` (runs, steps) where of innovations of DIM components NIS alone is known.
 /// One run may do without the first dimension, and scalars without those of the components: (runs, steps)

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
@@ -298,13 +299,45 @@ TEST(ArrayLog, arrays_that_do_not_belong_together_are_named_with_their_shapes) {
   expect_array_error(arrays().add("nis_gps_10001", {3}), "of innovations of 1 to 10000 components");
 }
 
+TEST(ArrayLog, an_estimate_and_its_truth_are_an_error_of_wrapped_angles) {
+  ArraysInMemory file;
+  file.add("estimate", {2, 2}, {1.0, 3.0, 2.0, kArrayNaN})
+      .add("truth", {2, 2}, {0.5, -3.0, 1.0, 0.0})
+      .add("P", {2, 2, 2}, {1, 0, 0, 4, 1, 0, 0, 4})
+      .add("names", {2, 7}, {120, 0, 0, 0, 0, 0, 0, 121, 58, 97, 110, 103, 108, 101});
+  const RecordedSink sink = read_in_memory(file);
+  EXPECT_THAT(sink.said(), ::testing::Not(HasSubstr("Not read")));
+  const std::vector<Step>& steps = sink.runs.at(0).steps;
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_EQ(steps[0].error, Eigen::Vector2d(0.5, wrap_angle(6.0)));
+  EXPECT_EQ(steps[0].estimate, Eigen::Vector2d(1.0, 3.0));
+  EXPECT_THAT(steps[1].states, ElementsAre(0));
+  EXPECT_EQ(steps[1].error, Vector::Constant(1, 1.0));
+  EXPECT_EQ(steps[1].P, Matrix::Constant(1, 1, 1.0));
+
+  expect_array_error(ArraysInMemory().add("estimate", {2, 2}).add("truth", {3, 2}).add("P", {2, 2, 2}),
+                     "estimate (2, 2) and truth (3, 2): other dimensions");
+  expect_array_error(ArraysInMemory().add("estimate", {2, 2}).add("P", {2, 2, 2}),
+                     "array error is missing beside P (estimate less truth, or these two)");
+}
+
+TEST(ArrayLog, an_estimate_beside_the_error_leaves_the_error_as_it_is) {
+  ArraysInMemory file;
+  file.add("error", {2, 1}, {0.25, 0.5}).add("P", {2, 1, 1}, {1, 1});
+  file.add("estimate", {2, 1}, {7.0, 8.0}).add("truth", {2, 1}, {6.0, 6.0});
+  const RecordedSink sink = read_in_memory(file);
+  EXPECT_EQ(sink.said(), "Not read: truth.\n");
+  EXPECT_EQ(sink.runs.at(0).steps.at(1).error[0], 0.5);
+  EXPECT_EQ(sink.runs.at(0).steps.at(1).estimate[0], 8.0);
+}
+
 TEST(ArrayLog, names_are_told_from_others) {
-  for (const char* name : {"error", "P", "innovation", "S", "innovation_a", "S_a_b", "nis_3", "nis_gps_3",
-                           "observation", "observation_a"}) {
+  for (const char* name : {"error", "estimate", "truth", "P", "innovation", "S", "innovation_a", "S_a_b",
+                           "nis_3", "nis_gps_3", "observation", "observation_a"}) {
     EXPECT_TRUE(is_log_array(name)) << name;
   }
   for (const char* name : {"", "errors", "p", "innovations", "Sx", "nis", "nis_", "nis_gps", "nis_2x",
-                           "nis_-1", "nis_gps_99999999999999999999", "truth"}) {
+                           "nis_-1", "nis_gps_99999999999999999999", "true"}) {
     EXPECT_FALSE(is_log_array(name)) << name;
   }
 }
