@@ -26,7 +26,7 @@ struct NormalisedVector : NormalisedSquare {
 
 /// An innovation.
 struct NormalisedInnovation : NormalisedVector {
-  Vector nu{};
+  Vector nu{}, variance{};    ///< ν and the diagonal of S; empty where NIS alone is known
   double noise_share = kNaN;  ///< tr(S⁻¹ R)/m, where R is known
   bool complete = true;       ///< as Innovation::complete
 };

@@ -89,11 +89,10 @@ class GroupSink final : public LogSink {
     group_.fingerprints.begin_run();
     group_.times.begin_run();
     ++runs_;
-    const auto run_of = [this](const std::string& file) {
-      return runs_ == 1 ? file : fmt::format("{}:{}", file, runs_);
-    };
-    group_.judged.begin_run(run_of(file_.string()), layout);
-    group_.calibration.begin_run(layout, run_of(file_.stem().string()));
+    const std::string name = file_.stem().string();
+    group_.judged.begin_run(runs_ == 1 ? file_.string() : fmt::format("run {} of {}", runs_, file_.string()),
+                            layout);
+    group_.calibration.begin_run(layout, runs_ == 1 ? name : fmt::format("{}:{}", name, runs_));
   }
   void add(const Step& step) override {
     stop_point();

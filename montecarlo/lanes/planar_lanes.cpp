@@ -45,6 +45,7 @@ PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
       H_(10 * world.landmarks.size()),
       R_(2 * world.landmarks.size()),
       nu_(2 * world.landmarks.size()),
+      innovation_variance_(2 * world.landmarks.size()),
       A_(2 * world.landmarks.size() * (2 * world.landmarks.size() + at(padded_) + 1)),
       F_(9),
       GQG_(6),
@@ -94,6 +95,7 @@ PlanarLanesData PlanarLanes::kernel_data() {
           .H = data(H_),
           .R = data(R_),
           .nu = data(nu_),
+          .innovation_variance = data(innovation_variance_),
           .A = data(A_),
           .nis = nis_.of,
           .check = check_.of,
@@ -436,12 +438,14 @@ void PlanarLanes::normalise_innovation(int lane, NormalisedInnovation& told) con
   told.value = update.nis;
   told.nu.resize(update.dof);
   told.whitened.resize(update.dof);
+  told.variance.resize(update.dof);
   Index i = 0;
   for (Index b = 0; b < measured_; ++b) {
     if (!has(used_[at(b)], lane)) continue;
     for (Index c = 2 * b; c < 2 * b + 2; ++c, ++i) {
       told.nu[i] = nu_[at(c)][lane];
       told.whitened[i] = update_at(2 * measured_ + padded_, c)[lane];
+      told.variance[i] = innovation_variance_[at(c)][lane];
     }
   }
   // Where a lane saw nothing, S and R are one.

@@ -31,6 +31,7 @@ struct PlanarLanesData {
   double* H;         ///< 10·M: H_r (2×3) and H_l (2×2) by rows; all zero in a lane that sees nothing
   const double* R;   ///< 2·M: measurement variances
   const double* nu;  ///< 2·M: innovations
+  double* innovation_variance;  ///< 2·M: the diagonal of S
   /// (2M + padded + 1) × 2M: S, P Hᵀ and νᵀ, which become L with the inverse of its diagonal, W = P Hᵀ L⁻ᵀ
   /// and (L⁻¹ ν)ᵀ, where S = L Lᵀ.
   double* A;

@@ -240,7 +240,9 @@ void innovate_lanes(const PlanarLanesData& d) {
         A.store(2 * b + 1, j, apply(J, 1, v, anchor));
       }
       for (std::int64_t i = 2 * b; i < 2 * b + 2; ++i) {
-        A.store(i, i, Pack::add(A.load(i, i), load_lanes(d.R + lane, i)));
+        const D variance = Pack::add(A.load(i, i), load_lanes(d.R + lane, i));
+        A.store(i, i, variance);
+        store_lanes(d.innovation_variance + lane, i, variance);
       }
     }
     Pack::store(d.check + lane, factor(A, A, A, m));

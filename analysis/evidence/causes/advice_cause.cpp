@@ -27,6 +27,7 @@ constexpr CauseRule kRules[] = {
     {find_bias, true},
     {find_inflation, false},
     {find_dropped_cross_covariance, true},
+    {find_wrong_component, true},
     {find_wrong_before_innovations, true},
     {find_wrong_first_innovation, true},
     {find_coloured_noise, true},
@@ -75,6 +76,7 @@ std::string_view to_string(Cause cause) {
     case Cause::wide_angle: return "an angle too uncertain for a Gaussian law";
     case Cause::outliers: return "outliers, such as wrong associations";
     case Cause::gated_innovations: return "innovations that had to pass a gate";
+    case Cause::innovation_unit: return "a component of the innovations in another unit than its S";
     case Cause::late_measurements: return "measurements that arrive late, or a truth that is ahead";
     case Cause::bias: return "a bias of the sensor or of the model";
     case Cause::initial_covariance: return "the initial covariance";

@@ -15,6 +15,7 @@ enum class Cause {
   wide_angle,                             ///< an angle so uncertain that its wrapped error is not Gaussian
   outliers,                               ///< a few innovations or errors beyond any law: a wrong match
   gated_innovations,                      ///< NIS is cut off at a gate
+  innovation_unit,                        ///< a component of the innovations is in another unit than S
   late_measurements,                      ///< the estimate lags behind the truth by a time
   bias,                                   ///< the innovations have a mean, or the errors
   initial_covariance,                     ///< only the first steps are inconsistent

@@ -34,6 +34,28 @@ std::optional<Findings::CutOff> cut_off_of(const SensorSums& sums, const SensorJ
   return Findings::CutOff{sums.largest_nis, expected};
 }
 
+/// The most wrong component of a sensor, where the others have other factors, beyond both intervals and by
+/// 1.5 at least: what is wrong in all components alike is no matter of one.
+std::optional<Findings::WrongComponent> wrong_component_of(const SensorSums& sums, const SensorJudgement& s) {
+  constexpr double kApart = 1.5;
+  const std::vector<ComponentVariance>& all = s.components.components;
+  const auto worst = static_cast<std::size_t>(s.components.worst);
+  const ComponentVariance& most = all[worst];
+  std::optional<double> nearest;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i == worst || all[i].count == 0) continue;
+    const bool apart = most.mean > 1.0
+                           ? most.lower > kApart * all[i].mean && most.mean > kApart * all[i].upper
+                           : kApart * most.upper < all[i].mean && kApart * most.mean < all[i].lower;
+    if (!apart) return std::nullopt;
+    if (!nearest || std::abs(std::log(all[i].mean / most.mean)) < std::abs(std::log(*nearest / most.mean)))
+      nearest = all[i].mean;
+  }
+  if (!nearest) return std::nullopt;
+  return Findings::WrongComponent{component_name(s, s.components.worst), most, *nearest,
+                                  sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
+}
+
 /// What speaks of one sensor.
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
   // A correlation of NIS does not tell by its sign what causes it.
@@ -47,6 +69,11 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     f.whiteness_nis = s.nis.mean / s.nis.expected;
   }
   f.not_white = f.not_white || not_white;
+  if (s.components.reason.empty() && speaks(j, of_sensor(kComponents, s))) {
+    const auto wrong = wrong_component_of(sums, s);
+    const auto size = [](const Findings::WrongComponent& of) { return std::abs(std::log(of.factor.mean)); };
+    if (wrong && (!f.wrong_component || size(*wrong) > size(*f.wrong_component))) f.wrong_component = wrong;
+  }
   if (j.sensors.size() > 1 && !sums.sensor.nis_alone && is_inconsistent(s.nis.verdict))
     f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness});
   if (speaks(j, of_sensor(kInnovationMean, s)) &&

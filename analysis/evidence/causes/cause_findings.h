@@ -15,6 +15,7 @@
 #include "analysis/laws/gate_rejection.h"
 #include "analysis/laws/mean/mean_at_steps.h"
 #include "analysis/laws/mean/zero_mean.h"
+#include "analysis/laws/shape/component_variances.h"
 #include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/goodness_of_fit.h"
 
@@ -56,6 +57,14 @@ struct Findings {
     WhitenessTest whiteness;
   };
   std::vector<WrongSensor> wrong_sensors = {};
+  /// A component of the innovations of a sensor that is wrong otherwise than the others of it.
+  struct WrongComponent {
+    std::string name;
+    ComponentVariance factor;
+    double others = 0.0;        ///< the factor of the others that is nearest to it
+    double noise_share = kNaN;  ///< tr(S⁻¹ R)/m of the sensor
+  };
+  std::optional<WrongComponent> wrong_component = {};  ///< the most wrong one of all sensors
   bool not_white = false;  ///< the portmanteau of all lags speaks against whiteness
   /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
   std::optional<ZeroMeanTest> innovation_mean = {};

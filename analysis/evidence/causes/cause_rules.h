@@ -110,6 +110,11 @@ Causes find_start_beside_the_rest(const Findings& findings);
 // Levels of noise (cause_rules_noise.cpp). Mean NIS has the sign of a q + b r, and the correlation of the
 // innovations at every lag is (q − r) times one matrix: the two tell Q from R.
 
+/// Innovations of several components whose test speaks, and of which the most wrong one is wrong otherwise
+/// than the others, by 1.5 at least and beyond both intervals; not where the lags tell Q. Names
+/// innovation_unit where the factor is that of one; else R, of that component, where the lags tell it or S is
+/// mostly R; else either noise.
+Causes find_wrong_component(const Findings& findings);
 /// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else by what the
 /// errors do between innovations (noise_between_innovations); else R, where S is
 /// mostly R and the innovations are whiter than a wrong Q leaves them; else either of the two.

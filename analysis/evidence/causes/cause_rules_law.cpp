@@ -101,7 +101,8 @@ bool gate_meets_another_cause(const GateRejection& gate) {
 
 std::string text_of(const GateRejection& gate) {
   return fmt::format(
-      "P does not shrink where NIS lies beyond the {:.3g} % quantile of its law (p = {:.2g}), as {:.3g} % do",
+      "P does not shrink where NIS lies beyond the {:.3g} % quantile of its law (p = {:.2g}), as {:.3g} % "
+      "do; nor does it in a filter without a gate that inflates P where its innovations are large",
       100.0 * (1.0 - gate.expected), gate.p_value, 100.0 * gate.share);
 }
 

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
 #include "core/append_item.h"
+#include "core/manifold/angle.h"
 
 namespace credence::internal {
 namespace {
@@ -53,6 +55,22 @@ std::string sensors_of_noise(const Findings& findings, const InnovationShape& sh
   if (shape.gain == 0 && !alone) return {};
   return fmt::format("that of {} (NIS of {} is {:.3g} times the expected one)", names, wrong[0].name,
                      wrong[0].nis);
+}
+
+// The factor of a variance that a unit makes, within a fourth part.
+std::string unit_text(const ComponentVariance& factor) {
+  constexpr double kNear = 1.25;
+  constexpr std::pair<double, const char*> kUnits[] = {
+      {1.0 / (kRadiansPerDegree * kRadiansPerDegree), "degrees for radians"},
+      {1e4, "centimetres for metres"},
+      {1e6, "millimetres for metres"}};
+  const double size = std::max(factor.mean, 1.0 / factor.mean);
+  for (const auto& [square, units] : kUnits) {
+    if (size > square * kNear || size < square / kNear) continue;
+    return fmt::format(": {} in {} would make that", factor.mean > 1.0 ? "an innovation" : "a variance",
+                       units);
+  }
+  return {};
 }
 
 // Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
@@ -112,6 +130,26 @@ InnovationShape without_mean(const InnovationShape& shape, const Vector& mean) {
 }
 
 }  // namespace
+
+Causes find_wrong_component(const Findings& findings) {
+  constexpr double kMostlyR = 0.5;
+  if (!findings.wrong_component) return {};
+  const auto& [name, factor, others, share] = *findings.wrong_component;
+  const bool large = factor.mean > 1.0;
+  const std::string unit = unit_text(factor);
+  // A wrong Q moves some components more than others, too, and then the lags tell it.
+  const int gain = innovation_shape(findings).gain;
+  if (gain == (large ? 1 : -1) && unit.empty()) return {};
+  const bool of_R = gain != 0 || share >= kMostlyR;
+  const Cause cause = !unit.empty() ? Cause::innovation_unit
+                      : !of_R       ? Cause::process_or_measurement_noise
+                      : large       ? Cause::measurement_noise_too_small
+                                    : Cause::measurement_noise_too_large;
+  return {
+      {cause, fmt::format("{} alone: its square is {:.3g} ({:.3g} … {:.3g}) times its variance in S, that "
+                          "of the others of this sensor {:.3g} times at the nearest{}",
+                          name, factor.mean, factor.lower, factor.upper, others, unit)}};
+}
 
 Causes find_wrong_noise(const Findings& findings) {
   if (!is_inconsistent(findings.nis.verdict) && !is_inconsistent(findings.nees.verdict)) return {};

@@ -80,6 +80,8 @@ void SensorSums::merge(const SensorSums& later) {
     run_means.merge(later.run_means);
     values.merge(later.values);
     first.merge(later.first);
+    if (components.size() < later.components.size()) components.resize(later.components.size());
+    for (std::size_t j = 0; j < later.components.size(); ++j) components[j].merge(later.components[j]);
   }
   scalar_lags.merge(later.scalar_lags);
   scalar_run_means.merge(later.scalar_run_means);

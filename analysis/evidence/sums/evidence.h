@@ -102,9 +102,11 @@ struct SensorSums {
   LagProducts scalar_lags;
   VectorMoments scalar_run_means;
   VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
-  Moments measurement_share;            ///< tr(S⁻¹ R)/m: the part of S that is R
-  ChangesByNis changes;                 ///< of log det P, after the first fifth of each run
-  std::int64_t unwrapped = 0;           ///< components that are angles, beyond half a turn
+  /// ν_j²/S_jj of each component of a piece of several, after the first fifth of each run.
+  std::vector<Moments> components;
+  Moments measurement_share;   ///< tr(S⁻¹ R)/m: the part of S that is R
+  ChangesByNis changes;        ///< of log det P, after the first fifth of each run
+  std::int64_t unwrapped = 0;  ///< components that are angles, beyond half a turn
 };
 
 /// The normalised innovations of two sensors at the same steps, one under the other: uncorrelated where the

@@ -385,6 +385,9 @@ void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const Normal
   } else {
     const double* const u = value.whitened.data();
     run.values.insert(run.values.end(), u, u + value.whitened.size());
+    if (sensor.piece < 2 || !run.pieces) return;
+    for (Index j = 0; j < value.nu.size(); ++j)
+      run.squares.push_back(value.nu[j] * value.nu[j] / value.variance[j]);
   }
 }
 
@@ -510,6 +513,17 @@ void EvidenceRecorder::close_innovations(const RunInnovations& run, std::span<co
 
   if (run.pieces && !run.values.empty() && layout_.sensors[sensor].piece == layout_.sensors[sensor].dim) {
     sums.first.add(Eigen::Map<const Vector>(run.values.data(), static_cast<Index>(d)));
+  }
+  if (run.pieces && d > 1) {
+    sums.components.resize(d);
+    for (std::size_t k = first; k < steps; ++k) {
+      const std::size_t count = count_at(k);
+      for (std::size_t j = 0; j < d && count > 0; ++j) {
+        double sum = 0.0;
+        for (std::size_t i = j; i < count; i += d) sum += run.squares[run.begins[k] + i];
+        sums.components[j].add(sum * static_cast<double>(d) / static_cast<double>(count));
+      }
+    }
   }
   Vector total = Vector::Zero(static_cast<Index>(d));
   double pieces = 0.0;

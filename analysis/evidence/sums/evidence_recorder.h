@@ -63,6 +63,7 @@ class EvidenceRecorder {
     };
     std::vector<Nis> nis{};             ///< of the steps with a measurement
     std::vector<double> values{};       ///< whitened, one after the other
+    std::vector<double> squares{};      ///< ν_i²/S_ii of them, of a sensor of several components
     std::vector<std::size_t> begins{};  ///< of each step in `values`; an empty one had no measurement
     bool pieces = true;                 ///< all of them can be taken apart
 

@@ -270,6 +270,7 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     if (!solved.problem.empty()) return "S of an innovation is not positive semidefinite";
     static_cast<NormalisedVector&>(value) = solved.of;
     value.nu = innovation.nu;
+    value.variance = innovation.S.diagonal();
     value.complete = innovation.complete;
     if (!solved.factorised) continue;
     const std::vector<double>& variances = layout.sensors[i].variances;

@@ -181,6 +181,8 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   } else {
     result.mean = test_correlated_mean(s.varies ? s.scalar_values : s.values, lags, confidence);
   }
+  result.components = test_components(s.varies ? std::span<const Moments>() : s.components, confidence);
+  if (result.gate) result.components = {.reason = "innovations had to pass a gate"};
   if (is_rounded(s.ties)) {
     result.fit.kolmogorov_p_value = result.fit.anderson_p_value = kNaN;
     result.fit.reason = "not tested: the values are rounded, as many are equal to another";
@@ -259,7 +261,19 @@ LostRuns lost_runs_of(const Evidence& e) {
   return lost;
 }
 
-/// NEES, NIS of each sensor, the blocks, and the directions of P.
+/// A test of averages over the steps, as a part of the word.
+ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t steps, std::int64_t count) {
+  ConsistencyVerdict verdict;
+  verdict.verdict = Verdict::consistent;
+  verdict.optimistic_p_value = p_value.optimistic;
+  verdict.pessimistic_p_value = p_value.pessimistic;
+  verdict.steps_tested = steps;
+  verdict.count = count;
+  return verdict;
+}
+
+/// NEES, NIS of each sensor and its components, which share what NIS has, the blocks, and the directions of
+/// P.
 Word word_of(const Evidence& e, const Judgement& j) {
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
@@ -268,14 +282,22 @@ Word word_of(const Evidence& e, const Judgement& j) {
     for (const SensorJudgement& s : j.sensors)
       parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
   }
+  std::vector<ConsistencyVerdict> components;
+  components.reserve(j.sensors.size());
+  for (std::size_t i = 0; i < j.sensors.size(); ++i) {
+    const ComponentTest& test = j.sensors[i].components;
+    if (!test.reason.empty()) continue;
+    const auto nis =
+        std::ranges::find(parts, j.sensors.size() == 1 ? &j.nis : &j.sensors[i].nis, &WordPart::verdict);
+    nis->weight *= 0.5;
+    const std::int64_t count = test.components[static_cast<std::size_t>(test.worst)].count;
+    components.push_back(averaged_verdict(test.p_value, count, count));
+    parts.push_back({component_name(j.sensors[i], test.worst), &components.back(), nis->weight, false, true});
+  }
   ConsistencyVerdict directions;
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
-    directions.optimistic_p_value = second.test.p_value.optimistic;
-    directions.pessimistic_p_value = second.test.p_value.pessimistic;
-    directions.steps_tested = std::ssize(e.study.steps);
-    directions.count = second.test.runs;
-    directions.verdict = Verdict::consistent;
+    directions = averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs);
     parts.push_back({"the direction of " + second.worst, &directions, kWordDirections, true});
   }
   Word word = join_verdicts(parts, j.confidence);

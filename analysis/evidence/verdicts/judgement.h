@@ -23,6 +23,7 @@
 #include "analysis/laws/mean/zero_mean.h"
 #include "analysis/laws/scores/credibility.h"
 #include "analysis/laws/scores/credibility_rmse.h"
+#include "analysis/laws/shape/component_variances.h"
 #include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/goodness_of_fit.h"
 
@@ -59,9 +60,10 @@ struct SensorJudgement {
   std::string name;
   ConsistencyVerdict nis;
   WhitenessTest whiteness;
-  ZeroMeanTest mean;    ///< of run means; of all values where there are too few runs (correlated_mean.h)
-  bool of_sum = false;  ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
-  GoodnessOfFit fit;    ///< of NIS against χ²
+  ZeroMeanTest mean;  ///< of run means; of all values where there are too few runs (correlated_mean.h)
+  ComponentTest components;
+  bool of_sum = false;                    ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
+  GoodnessOfFit fit;                      ///< of NIS against χ²
   std::vector<std::int64_t> histogram;    ///< counts of F(NIS), equally likely bins
   std::optional<GateFound> gate;          ///< of which `nis` takes the law cut off there
   std::optional<GateFound> perhaps_gate;  ///< of too few missing values, or as well an S that is too large

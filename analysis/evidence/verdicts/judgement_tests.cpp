@@ -41,6 +41,14 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
   const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
   tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
                                 s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
+  const ComponentTest& c = s.components;
+  if (c.components.empty()) return;
+  const ComponentVariance& worst = c.components[static_cast<std::size_t>(c.worst)];
+  tests.push_back(
+      reasoned_test(of_sensor(kComponents, s), Exactness::conservative, c.reason,
+                    std::min(c.p_value.optimistic, c.p_value.pessimistic),
+                    fmt::format("{} squared is {:.3g} ({:.3g} … {:.3g}) times its S",
+                                component_name(s, c.worst), worst.mean, worst.lower, worst.upper)));
 }
 
 /// The p-values of those tests of tails that were made.
@@ -115,6 +123,11 @@ std::string pair_test(const SensorPairJudgement& pair) {
 
 std::string of_sensor(const char* test, const SensorJudgement& sensor) {
   return sensor.name.empty() ? test : fmt::format("{} of {}", test, sensor.name);
+}
+
+std::string component_name(const SensorJudgement& sensor, Index component) {
+  return fmt::format("component {} of {}", component + 1,
+                     sensor.name.empty() ? "the innovation" : sensor.name);
 }
 
 std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {

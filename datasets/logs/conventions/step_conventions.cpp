@@ -66,56 +66,63 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
   return list;
 }
 
-/// Parts of the state that a program may write in another order: its blocks, one behind the other, and
-/// without names three states each.
-std::vector<std::vector<Index>> parts_in_order(const RunLayout& layout) {
+using Parts = std::vector<std::vector<Index>>;
+
+/// States 0, 1, … in parts of `size`, the last of which is whole.
+Parts parts_of(std::size_t states, std::size_t size) {
+  Parts parts(states / size, std::vector<Index>(size));
+  Index next = 0;
+  for (std::vector<Index>& part : parts) {
+    for (Index& state : part) state = next++;
+  }
+  return parts;
+}
+
+/// Parts of the state that a program may write in another order: its blocks, where they stand one behind the
+/// other, three states each, its two halves, and of few states each alone.
+std::vector<Parts> parts_in_order(const RunLayout& layout) {
   constexpr std::size_t kMostParts = 6, kOfVectors = 3;
   const std::size_t n = layout.states.size();
-  std::vector<std::vector<Index>> parts;
+  std::vector<Parts> all;
+  Parts blocks;
   for (const Block& block : layout.blocks) {
-    const Index next = parts.empty() ? 0 : parts.back().back() + 1;
+    const Index next = blocks.empty() ? 0 : blocks.back().back() + 1;
     if (block.states.empty() || block.states.front() != next ||
         block.states.back() != next + std::ssize(block.states) - 1)
       break;
-    parts.push_back(block.states);
+    blocks.push_back(block.states);
   }
-  const bool all = !parts.empty() && parts.back().back() + 1 == std::ssize(layout.states);
-  if (!all || parts.size() == n) {
-    parts.clear();
-    if (n % kOfVectors != 0) return {};
-    for (std::size_t i = 0; i < n; ++i) {
-      if (i % kOfVectors == 0) parts.emplace_back();
-      parts.back().push_back(static_cast<Index>(i));
-    }
-  }
-  return parts.size() > 1 && parts.size() <= kMostParts ? parts : std::vector<std::vector<Index>>{};
+  if (!blocks.empty() && blocks.back().back() + 1 == std::ssize(layout.states)) all.push_back(blocks);
+  if (n % kOfVectors == 0) all.push_back(parts_of(n, kOfVectors));
+  if (n % 2 == 0 && n > 0) all.push_back(parts_of(n, n / 2));
+  all.push_back(parts_of(n, 1));
+  std::erase_if(all, [](const Parts& parts) { return parts.size() < 2 || parts.size() > kMostParts; });
+  return all;
 }
 
-/// "1 3 2" where the parts have no names, else these.
-std::string order_text(const RunLayout& layout, const std::vector<std::size_t>& order,
-                       const std::vector<std::vector<Index>>& parts) {
+/// "velocity, position", or "x4 to x6, x1 to x3" where the parts have no names.
+std::string order_text(const RunLayout& layout, const std::vector<std::size_t>& order, const Parts& parts) {
   std::vector<std::string> names;
   for (const std::size_t part : order) {
     const std::vector<Index>& states = parts[part];
     const auto block = std::ranges::find(layout.blocks, states, &Block::states);
-    names.push_back(block != layout.blocks.end()
-                        ? block->name
-                        : fmt::format("{} to {}", layout.states[static_cast<std::size_t>(states.front())],
-                                      layout.states[static_cast<std::size_t>(states.back())]));
+    const std::string &first = layout.states[static_cast<std::size_t>(states.front())],
+                      &last = layout.states[static_cast<std::size_t>(states.back())];
+    names.push_back(block != layout.blocks.end() ? block->name
+                    : states.size() == 1         ? first
+                                                 : fmt::format("{} to {}", first, last));
   }
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace
 
-/// Where the parts of P stand in the likeliest order, by the variances alone, if errors far off are right
+/// Where the parts of P stand in the likeliest order, if errors far off are right
 /// within a factor of 4 then, in every state and together. No test: what is so far off and comes so near
 /// needs none.
 std::string StepConventions::other_order() const {
   constexpr double kFarOff = 10.0, kNear = 4.0;
   const auto n = static_cast<Index>(layout_.states.size());
-  const std::vector<std::vector<Index>> parts = parts_in_order(layout_);
-  if (parts.empty()) return {};
   const auto counts = [n](const Matrix& row) { return row.rows() == n && row.diagonal().minCoeff() > 0.0; };
   Vector as_written = Vector::Zero(n);  // mean e_i²/P_ii
   double rows = 0.0;
@@ -138,41 +145,57 @@ std::string StepConventions::other_order() const {
   ratio /= rows;
   logarithm /= rows;
   const auto near = [](double value) { return value > 1.0 / kNear && value < kNear; };
-  std::vector<std::size_t> order(parts.size()), best;
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  double least = std::numeric_limits<double>::infinity();
-  do {
-    // P is written in the order of the parts `order`: place[i] is where the variance of state i stands.
-    double cost = 0.0;
-    bool all_near = true;
-    Index at = 0;
-    for (const std::size_t part : order) {
-      for (const Index i : parts[part]) {
-        cost += ratio(i, at) + logarithm[at];
-        all_near = all_near && near(ratio(i, at));
-        ++at;
+  struct Order {
+    double cost;  ///< minus the log-likelihood by the variances alone
+    std::vector<std::size_t> order;
+    const Parts* parts;
+  };
+  std::vector<Order> orders;
+  const std::vector<Parts> all_parts = parts_in_order(layout_);
+  for (const Parts& parts : all_parts) {
+    std::vector<std::size_t> order(parts.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    do {
+      double cost = 0.0;
+      bool all_near = true;
+      Index at = 0;  // in P
+      for (const std::size_t part : order) {
+        for (const Index i : parts[part]) {
+          cost += ratio(i, at) + logarithm[at];
+          all_near = all_near && near(ratio(i, at));
+          ++at;
+        }
       }
-    }
-    if (!all_near || cost >= least) continue;
-    least = cost;
-    best = order;
-  } while (std::ranges::next_permutation(order).found);
-  if (best.empty()) return {};
-  std::vector<Index> place(static_cast<std::size_t>(n));
-  Index at = 0;
-  for (const std::size_t part : best)
-    for (const Index i : parts[part]) place[static_cast<std::size_t>(i)] = at++;
-  double nees = 0.0;
-  for (const Matrix& row : rows_) {
-    const Eigen::LLT<Matrix> factor(Matrix(row(place, place)));
-    if (factor.info() != Eigen::Success) return {};
-    nees += factor.matrixL().solve(row.col(n)).squaredNorm() / static_cast<double>(rows_.size());
+      if (all_near) orders.push_back({cost, order, &parts});
+    } while (std::ranges::next_permutation(order).found);
   }
-  if (!near(nees / static_cast<double>(n))) return {};
+  // Of the likeliest, whose determinants are the same, the covariances decide.
+  constexpr std::size_t kLikeliest = 24;
+  std::ranges::sort(orders, {}, &Order::cost);
+  orders.resize(std::min(orders.size(), kLikeliest));
+  const Order* best = nullptr;
+  double nees = std::numeric_limits<double>::infinity();
+  for (const Order& candidate : orders) {
+    std::vector<Index> place(static_cast<std::size_t>(n));
+    Index at = 0;
+    for (const std::size_t part : candidate.order)
+      for (const Index i : (*candidate.parts)[part]) place[static_cast<std::size_t>(i)] = at++;
+    double mean = 0.0;
+    for (const Matrix& row : rows_) {
+      if (!counts(row)) continue;
+      const Eigen::LLT<Matrix> factor(Matrix(row(place, place)));
+      mean += factor.info() == Eigen::Success ? factor.matrixL().solve(row.col(n)).squaredNorm() / rows
+                                              : std::numeric_limits<double>::infinity();
+    }
+    if (!(mean < nees)) continue;
+    nees = mean;
+    best = &candidate;
+  }
+  if (best == nullptr || !near(nees / static_cast<double>(n))) return {};
   return fmt::format(
       "P is perhaps written in another order than the states: with its rows in the order {} the mean NEES is "
       "{:.4g} of {}, and every state fits within a factor of {:g}.",
-      order_text(layout_, best, parts), nees, n, kNear);
+      order_text(layout_, best->order, *best->parts), nees, n, kNear);
 }
 
 void StepConventions::begin_run(const RunLayout& layout) {

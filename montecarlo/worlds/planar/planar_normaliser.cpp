@@ -99,6 +99,7 @@ bool PlanarNormaliser::normalise_innovation(const VectorRef& nu, const MatrixRef
   innovation.dof = nis.dof;
   innovation.whitened = solver_.whitened();
   innovation.nu = nu;
+  innovation.variance = S.diagonal();
   innovation.noise_share = variances_.empty() ? kNaN : solver_.noise_share(variances_);
   return true;
 }

@@ -31,13 +31,19 @@ Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
   Json dimensions = json_list(sums.by_dimension, [](const auto& of) -> Json {
     return {{"dimension", of.first}, {"mean", of.second.value.mean}, {"count", of.second.value.count}};
   });
-  return {{"name", s.name},
-          {"nis", verdict_json(s.nis)},
-          {"dimensions", std::move(dimensions)},
-          {"of_sum", s.of_sum},
-          {"fit", fit_json(s.fit)},
-          {"whiteness", whiteness_json(s.whiteness)},
-          {"innovation_mean", with_reason({{"p_value", s.mean.p_value}}, s.mean.reason)}};
+  return {
+      {"name", s.name},
+      {"nis", verdict_json(s.nis)},
+      {"dimensions", std::move(dimensions)},
+      {"of_sum", s.of_sum},
+      {"fit", fit_json(s.fit)},
+      {"whiteness", whiteness_json(s.whiteness)},
+      {"components",
+       json_list(s.components.components,
+                 [](const ComponentVariance& c) -> Json {
+                   return {{"factor", c.mean}, {"lower", c.lower}, {"upper", c.upper}, {"count", c.count}};
+                 })},
+      {"innovation_mean", with_reason({{"p_value", s.mean.p_value}}, s.mean.reason)}};
 }
 
 Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {

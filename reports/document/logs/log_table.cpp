@@ -36,8 +36,13 @@ std::string tests_of(const SensorJudgement& s) {
   const auto p = [](double value, std::string_view reason) {
     return reason.empty() ? p_value_statement(value) : std::string(reason);
   };
-  return fmt::format("{}: test of whiteness in time {}; of mean zero {}.", name,
-                     p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason));
+  const ComponentTest& c = s.components;
+  return fmt::format("{}: test of whiteness in time {}; of mean zero {}{}.", name,
+                     p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason),
+                     c.components.empty()
+                         ? ""
+                         : fmt::format("; of each component alone {}",
+                                       p(std::min(c.p_value.optimistic, c.p_value.pessimistic), "")));
 }
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {

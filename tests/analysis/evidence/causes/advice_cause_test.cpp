@@ -214,6 +214,38 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
 }
 
+// A component of its own: R of it, but for lags that tell Q, and the unit that makes such a factor.
+TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
+  const auto with = [](double factor, double lag_1, double share) {
+    Findings findings = findings_of(1.0, factor > 1.0 ? 2.0 : 0.5);
+    findings.wrong_component = Findings::WrongComponent{
+        .name = "component 2 of radar",
+        .factor = {.mean = factor, .lower = 0.9 * factor, .upper = 1.1 * factor, .count = 4000},
+        .others = 1.0,
+        .noise_share = share};
+    if (lag_1 != 0.0) findings.whiteness = correlated_by(lag_1);
+    return find_causes(findings);
+  };
+  using enum Cause;
+  const auto first = [&](double factor, double lag_1, double share) {
+    return with(factor, lag_1, share).front().cause;
+  };
+  EXPECT_EQ(first(3.0, -0.2, 0.3), measurement_noise_too_small);
+  EXPECT_EQ(first(0.4, 0.2, 0.3), measurement_noise_too_large);
+  EXPECT_EQ(first(3.0, 0.0, 0.8), measurement_noise_too_small);
+  EXPECT_EQ(first(3.0, 0.0, 0.3), process_or_measurement_noise);
+  EXPECT_EQ(first(3200.0, 0.0, 0.3), innovation_unit);
+  EXPECT_EQ(first(1.0 / 3300.0, 0.0, 0.3), innovation_unit);
+  EXPECT_EQ(first(1e6, 0.0, kNaN), innovation_unit);
+  EXPECT_EQ(first(600.0, 0.0, 0.3), process_or_measurement_noise);
+  EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("component 2 of radar alone"), std::string::npos);
+  EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("an innovation in degrees for radians"), std::string::npos);
+  EXPECT_NE(with(1.0 / 3300.0, 0.0, 0.3)[0].why.find("a variance in degrees for radians"), std::string::npos);
+  // The lags tell a gain that is too small.
+  ASSERT_FALSE(with(3.0, 0.3, 0.3).empty());
+  EXPECT_EQ(with(3.0, 0.3, 0.3)[0].why.find("component 2"), std::string::npos);
+}
+
 // A delay explains 3/4 of an error that grows along the way, as of a wrong scale.
 TEST(CauseRules, AnErrorThatGrowsAlongTheWayIsNotLate) {
   Findings findings = findings_of(1.0, 1.0);

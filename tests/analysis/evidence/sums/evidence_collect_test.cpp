@@ -160,6 +160,7 @@ TEST(CollectedEvidence, IsTheSameOfRunsSideBySide) {
   EXPECT_EQ(sensor.fit, same.fit);
   EXPECT_EQ(sensor.by_dimension, same.by_dimension);
   EXPECT_EQ(sensor.measurement_share, same.measurement_share);
+  EXPECT_EQ(sensor.components, same.components);
   EXPECT_EQ(sensor.run_means.scatter, same.run_means.scatter);
   EXPECT_EQ(sensor.lags.product(3), same.lags.product(3));
   for (std::size_t b = 0; b < one.blocks.size(); ++b) {
@@ -194,6 +195,11 @@ TEST(CollectedEvidence, OfNormalisedStepsIsThatOfPlainOnes) {
       near(fast.lateness.runs.mean[i], plain.lateness.runs.mean[i]);
     near(fast.scores.log.value.mean, plain.scores.log.value.mean);
     near(fast.scores.energy.value.mean, plain.scores.energy.value.mean);
+    ASSERT_EQ(fast.sensors[0].components.size(), 2U);
+    for (std::size_t j = 0; j < 2; ++j) {
+      EXPECT_EQ(fast.sensors[0].components[j].count, plain.sensors[0].components[j].count);
+      near(fast.sensors[0].components[j].mean, plain.sensors[0].components[j].mean);
+    }
     near(fast.sensors[0].measurement_share.mean, plain.sensors[0].measurement_share.mean);
     near(fast.sensors[0].run_means.scatter.trace(), plain.sensors[0].run_means.scatter.trace());
     near(fast.sensors[0].lags.product(1).trace(), plain.sensors[0].lags.product(1).trace());

@@ -172,6 +172,34 @@ TEST(EvidenceRecorder, ARowThatIsRejectedIsToldSo) {
   EXPECT_TRUE(recorder.add(step));
 }
 
+// Steps 1 and 2 of ten are the first fifth. Of two observations at a step their average counts.
+TEST(EvidenceRecorder, ComponentsOfAnInnovationAreComparedWithTheirVariances) {
+  RunLayout layout{.sensors = {{.name = "radar", .dim = 4, .piece = 2}}, .has_truth = false};
+  EvidenceRecorder recorder(layout);
+  recorder.begin_run();
+  Step step;
+  step.innovations.resize(1);
+  Innovation& innovation = step.innovations.front();
+  for (step.step = 1; step.step <= 10; ++step.step) {
+    const double start = step.step <= 2 ? 100.0 : 1.0;
+    const Index dim = step.step % 2 == 0 ? 4 : 2;
+    innovation.S = Matrix::Identity(dim, dim) * 4.0;
+    innovation.S(0, 1) = innovation.S(1, 0) = 3.0;
+    innovation.nu = Vector::Constant(dim, 2.0 * start);  // a square of 1 for its S of 4
+    innovation.nu[1] = 6.0 * start;                      // of 9
+    recorder.add(step);
+  }
+  const Evidence evidence = recorder.take();
+  const std::vector<Moments>& components = evidence.sensors.at(0).components;
+  ASSERT_EQ(components.size(), 2U);
+  EXPECT_EQ(components[0].count, 8);
+  EXPECT_DOUBLE_EQ(components[0].mean, 1.0);
+  EXPECT_DOUBLE_EQ(components[1].mean, 0.5 * 9.0 + 0.5 * (9.0 + 1.0) / 2.0);
+  const ComponentTest& test = judge(evidence).sensors.at(0).components;
+  EXPECT_EQ(test.worst, 1);
+  EXPECT_LT(test.p_value.optimistic, 1e-6);
+}
+
 TEST(EvidenceRecorder, TheFirstInnovationOfEachRunIsKept) {
   RunLayout layout{.sensors = {{.name = "s", .dim = 1, .piece = 1}}};
   layout.has_truth = false;

@@ -16,6 +16,7 @@
 namespace credence::internal {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -184,6 +185,48 @@ TEST(StepConventions, APWrittenInAnotherOrderIsPerhapsNamed) {
               HasSubstr("with its rows in the order attitude, velocity, position the mean NEES is"));
   EXPECT_THAT(said_of_inertial(1, false, turned),
               HasSubstr("with its rows in the order x7 to x9, x4 to x6, x1 to x3 the mean NEES is"));
+}
+
+/// A consistent filter of a place and a speed in each of two axes, x, y, vx, vy, whose P is written as
+/// `write` does.
+std::string said_of_two_axes(std::uint64_t seed, const std::function<void(Step&)>& write) {
+  RunLayout layout{.states = {"x", "y", "vx", "vy"}, .angles = std::vector<bool>(4, false)};
+  add_named_blocks(layout);
+  testing::RecordedSink judged;
+  StepConventions sink(judged);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Matrix L = Matrix::Zero(4, 4);
+  for (const Index axis : {0, 1}) {
+    L(axis, axis) = 2.0;
+    L(axis + 2, axis) = 0.1;
+    L(axis + 2, axis + 2) = 0.2;
+  }
+  sink.begin_run(layout);
+  Step step{.states = {0, 1, 2, 3}};
+  for (int k = 0; k < 200; ++k) {
+    step.step = k + 1;
+    step.error = L * Vector::NullaryExpr(4, [&] { return normal(random); });
+    step.P = L * L.transpose();
+    write(step);
+    sink.add(step);
+  }
+  sink.finish();
+  return judged.said();
+}
+
+TEST(StepConventions, AnOrderOfHalvesOrOfSingleStatesIsPerhapsNamed) {
+  const std::vector<Index> halves = {2, 3, 0, 1}, axes = {0, 2, 1, 3};
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    EXPECT_THAT(said_of_two_axes(seed, [&](Step& s) { s.P = Matrix(s.P(halves, halves)); }),
+                AnyOf(HasSubstr("rows in the order vx to vy, x to y the mean NEES is"),
+                      HasSubstr("rows in the order vx, vy, x, y the mean NEES is")));
+    EXPECT_THAT(said_of_two_axes(seed, [&](Step& s) { s.P = Matrix(s.P(axes, axes)); }),
+                AnyOf(HasSubstr("rows in the order x, vx, y, vy the mean NEES is"),
+                      HasSubstr("rows in the order y, vy, x, vx the mean NEES is")))
+        << "x and y are alike";
+    EXPECT_THAT(said_of_two_axes(seed, [](Step& s) { s.error *= 6.0; }), IsEmpty());
+  }
 }
 
 TEST(StepConventions, NoOrderIsNamedOfAFilterThatIsWrongOtherwise) {
