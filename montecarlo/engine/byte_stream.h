@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -96,8 +97,15 @@ class ByteReader {
   }
   template <class T>
   void get(std::vector<T>& values) {
-    values.resize(get_count(1));
-    for (T& value : values) get(value);
+    const std::size_t count = get_count(1);
+    reserve(values, count);
+    for (std::size_t i = 0; i < count; ++i) get(values.emplace_back());
+  }
+  /// Makes room for so many items, but not for more bytes than are left: a wrong count must not allocate.
+  template <class T>
+  void reserve(std::vector<T>& values, std::size_t count) const {
+    values.clear();
+    values.reserve(std::min(count, bytes_.size() / sizeof(T)));
   }
   std::size_t left() const { return bytes_.size(); }  ///< bytes not read yet
   void require_end() const {

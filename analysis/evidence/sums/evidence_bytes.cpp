@@ -61,10 +61,10 @@ class Pass {
     }
   }
 
-  /// How many follow.
-  std::size_t count(std::size_t here) {
+  /// How many follow, of so many bytes at least.
+  std::size_t count(std::size_t here, std::size_t item_size = 1) {
     if constexpr (kReads) {
-      return bytes_.get_count(1);
+      return bytes_.get_count(item_size);
     } else {
       bytes_.put(static_cast<std::uint64_t>(here));
       return here;
@@ -92,8 +92,12 @@ class Pass {
   template <class Values>
   void each(Values& values) {
     const std::size_t size = count(values.size());
-    if constexpr (kReads) values.resize(size);
-    for (auto& value : values) one(value);
+    if constexpr (kReads) {
+      bytes_.reserve(values, size);
+      for (std::size_t i = 0; i < size; ++i) one(values.emplace_back());
+    } else {
+      for (auto& value : values) one(value);
+    }
   }
 
   template <class K, class V>
@@ -112,7 +116,7 @@ class Pass {
   }
 
   void one(Held<Vector>& v) {
-    const std::size_t size = count(static_cast<std::size_t>(v.size()));
+    const std::size_t size = count(static_cast<std::size_t>(v.size()), sizeof(double));
     if constexpr (kReads) v.resize(static_cast<Index>(size));
     for (Index i = 0; i < v.size(); ++i) one(v[i]);
   }

@@ -50,6 +50,9 @@ TEST(ByteStream, CountsThatTheRestCannotHoldAreRefused) {
   EXPECT_THROW(ByteReader(bytes, "the test").get(text), std::runtime_error);
   EXPECT_THROW(ByteReader(bytes, "the test").get(numbers), std::runtime_error);
   EXPECT_THROW(ByteReader(bytes, "the test").require_end(), std::runtime_error);
+  std::vector<double> few;
+  ByteReader(bytes, "the test").reserve(few, 1000);
+  EXPECT_EQ(few.capacity(), 1);  // 8 bytes are left
   EXPECT_THROW(ByteReader(std::span(bytes).first(7), "the test").get<double>(), std::runtime_error);
 }
 
