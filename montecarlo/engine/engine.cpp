@@ -93,7 +93,7 @@ bool in_shard(std::size_t number, const EngineOptions& options) {
   return number % static_cast<std::size_t>(options.shards) == static_cast<std::size_t>(options.shard - 1);
 }
 
-/// What the workers share; every access is under one lock, which a worker takes once a chunk.
+/// What the workers share, under one lock; nobody waits under it while a chunk is written to the disk.
 class ChunkCollector {
  public:
   ChunkCollector(std::span<const StudyTask> tasks, const EngineOptions& options)
@@ -165,8 +165,11 @@ class ChunkCollector {
   /// And as a frame.
   void put(const Chunk& chunk, std::span<const std::byte> bytes, std::span<const std::byte> frame,
            StudyStatistics statistics) {
+    if (options_.store != nullptr) {
+      const std::lock_guard lock(store_mutex_);
+      options_.store->put_chunk(key_of(chunk), bytes, frame);
+    }
     const std::lock_guard lock(mutex_);
-    if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), bytes, frame);
     add(chunk.task, chunk.index, std::move(statistics));
     shard_runs_done_[chunk.task] += chunk.runs;
     progress_.runs_done += chunk.runs;
@@ -211,7 +214,7 @@ class ChunkCollector {
     const std::vector<std::byte> bytes = task.companion(chunk.first_run, chunk.runs);
     if (bytes.empty()) return;
     const std::vector<std::byte> frame = packed(bytes);
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(store_mutex_);
     options_.store->put_companion(key_of(chunk), bytes, frame);
   }
 
@@ -219,7 +222,8 @@ class ChunkCollector {
 
   std::span<const StudyTask> tasks_;
   const EngineOptions& options_;
-  std::mutex mutex_;
+  std::mutex store_mutex_;  ///< of the store; never together with the other
+  std::mutex mutex_;        ///< of all that follows
   std::vector<PartialStudy> studies_;
   std::vector<std::optional<Clock::time_point>> begun_;
   std::vector<bool> timed_out_;
