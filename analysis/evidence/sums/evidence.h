@@ -12,9 +12,9 @@
 #include "analysis/laws/correlation/lateness.h"
 #include "analysis/laws/correlation/whiteness.h"
 #include "analysis/laws/gate_rejection.h"
-#include "analysis/laws/shape/consistency_vector_moments.h"
 #include "analysis/laws/shape/coverage.h"
-#include "analysis/laws/shape/goodness_of_fit_histogram.h"
+#include "analysis/laws/shape/uniform_histogram.h"
+#include "analysis/laws/shape/vector_moments.h"
 #include "core/record/run_layout.h"
 #include "montecarlo/engine/study_statistics.h"
 

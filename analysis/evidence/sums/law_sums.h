@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/laws/shape/consistency_vector_moments.h"
 #include "analysis/laws/shape/second_moments.h"
 #include "analysis/laws/shape/tail_weight.h"
+#include "analysis/laws/shape/vector_moments.h"
 #include "core/record/run_layout.h"
 #include "montecarlo/engine/skewed_moments.h"
 

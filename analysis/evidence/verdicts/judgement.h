@@ -22,7 +22,7 @@
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/zero_mean.h"
 #include "analysis/laws/scores/credibility.h"
-#include "analysis/laws/scores/credibility_rmse.h"
+#include "analysis/laws/scores/rmse_interval.h"
 #include "analysis/laws/shape/component_variances.h"
 #include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/goodness_of_fit.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/vector_moments.h"
 
 namespace credence::internal {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/vector_moments.h"
 #include "core/types.h"
 #include "montecarlo/engine/moments.h"
 

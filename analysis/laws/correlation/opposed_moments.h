@@ -1,6 +1,6 @@
 #pragma once
 
-#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/vector_moments.h"
 
 /// @file
 /// Whether innovations of two sensors are correlated in a way that no noise makes that is wrong in one

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/vector_moments.h"
 #include "core/nan.h"
 #include "core/types.h"
 

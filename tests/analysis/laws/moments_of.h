@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/vector_moments.h"
 
 namespace credence::internal::testing {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "analysis/laws/chi_square/chi_square.h"
-#include "analysis/laws/shape/goodness_of_fit_histogram.h"
+#include "analysis/laws/shape/uniform_histogram.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence::internal {

@@ -1,4 +1,4 @@
-#include "analysis/laws/shape/goodness_of_fit_histogram.h"
+#include "analysis/laws/shape/uniform_histogram.h"
 
 #include <fmt/format.h>
 

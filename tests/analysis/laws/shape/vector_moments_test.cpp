@@ -1,4 +1,4 @@
-#include "analysis/laws/shape/consistency_vector_moments.h"
+#include "analysis/laws/shape/vector_moments.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "analysis/laws/scores/credibility_rmse.h"
+#include "analysis/laws/scores/rmse_interval.h"
 
 #include <gtest/gtest.h>
 
