@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -12,6 +11,7 @@
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/normal_quantile.h"
 
 namespace credence::internal {
 namespace {
@@ -161,7 +161,7 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
   const InnovationTests tests = test_recorded_innovations(record.runs, confidence);
   t.scale = tests.noise_scale;
   if (t.scale.lower > 0.0) {
-    const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);
+    const double z = normal_quantile_two_sided(confidence);
     const double relative = std::log(t.scale.upper / t.scale.lower) / (2.0 * z);
     t.steps_for_10_percent = static_cast<double>(t.values) * relative * relative / 0.01;
   }

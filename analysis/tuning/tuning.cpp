@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <random>
 #include <set>
 #include <stdexcept>
 
 #include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/normal_quantile.h"
 #include "core/linear_algebra/cholesky.h"
 
 namespace credence::internal {
@@ -21,10 +21,6 @@ constexpr double kWidestScale = 1.0;    // of the first steps of a search, in φ
 constexpr double kContradiction = 4.0;  // standard errors
 constexpr double kBetter = 1e-3;        // of the sum of the scores
 constexpr int kResamples = 1000;
-
-double normal_quantile(double confidence) {
-  return boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);
-}
 
 class Tuner {
  public:
@@ -62,7 +58,9 @@ class Tuner {
 
  private:
   /// Standard deviations of φ at most for an interval of kWidestRatio.
-  double widest() const { return 0.5 * std::log(kWidestRatio) / normal_quantile(tuning_.confidence); }
+  double widest() const {
+    return 0.5 * std::log(kWidestRatio) / normal_quantile_two_sided(tuning_.confidence);
+  }
 
   /// Seeks all free coordinates, and holds one after the other that the data do not determine.
   void find() {
@@ -265,7 +263,7 @@ class Tuner {
     const Vector gradient = value.gradient(tuning_.estimate.free);
     const double deviation = std::sqrt(gradient.dot(covariance_ * gradient));
     const double relative = deviation / std::abs(value.value);
-    const double z = normal_quantile(tuning_.confidence);
+    const double z = normal_quantile_two_sided(tuning_.confidence);
     parameter.identifiable = true;
     parameter.value = value.value;
     parameter.steps_for_10_percent = tuning_.steps * relative * relative / 0.01;

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/record/unwrapped_angles.h"
 #include "core/stop_point.h"
 #include "datasets/logs/run_fingerprints.h"
 
 namespace credence::internal {
 namespace {
-
-// Room for a difference of rounded angles.
-constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
 class InnovationSink final : public LogSink {
  public:
@@ -80,10 +77,7 @@ class InnovationSink final : public LogSink {
       return;
     }
     dim = innovation.nu.size();
-    for (Index i = 0; i < dim && !angles.empty(); ++i) {
-      const bool angle = angles[static_cast<std::size_t>(i % std::ssize(angles))];
-      if (angle && std::abs(innovation.nu[i]) > kHalfTurn) ++record.unwrapped;
-    }
+    record.unwrapped += count_unwrapped(innovation.nu, angles);
     const Vector whitened = llt.matrixL().solve(innovation.nu);
     record.runs.back().nis.push_back(whitened.squaredNorm());
     record.runs.back().whitened.push_back(whitened);

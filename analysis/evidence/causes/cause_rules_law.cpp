@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 
 #include "analysis/evidence/causes/cause_rules.h"
@@ -9,6 +8,7 @@
 #include "analysis/evidence/causes/lost_runs.h"
 #include "analysis/evidence/sums/evidence.h"
 #include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/tail_weight.h"
 #include "core/append_item.h"
 
@@ -43,13 +43,6 @@ bool stays_for_steps(const Findings& findings) {
   constexpr double kOfManoeuvre = 0.2;
   const double excess = excess_of(findings.nis);
   return lag_1_outside(findings) > kOfManoeuvre * std::max(0.0, excess) / (1.0 + excess);
-}
-
-// P(X ≥ count) of a binomial law.
-double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
-  if (count <= 0) return 1.0;
-  const boost::math::binomial law(static_cast<double>(trials), probability);
-  return cdf(complement(law, static_cast<double>(count - 1)));
 }
 
 // Outliers come at any time: those that gather in the first fifth, or all come there with a first innovation

@@ -46,6 +46,12 @@ ProportionInterval clopper_pearson(const CoverageCount& count, double confidence
   return interval;
 }
 
+double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
+  if (count <= 0) return 1.0;
+  const boost::math::binomial law(static_cast<double>(trials), probability);
+  return cdf(complement(law, static_cast<double>(count - 1)));
+}
+
 double binomial_p_value(const CoverageCount& count, double probability) {
   require_count(count);
   require_probability(probability);

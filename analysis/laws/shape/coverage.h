@@ -45,6 +45,9 @@ struct ProportionInterval {
 /// 0 ≤ inside ≤ total and 0 < confidence < 1.
 ProportionInterval clopper_pearson(const CoverageCount& count, double confidence);
 
+/// P(X ≥ count) of a binomial law.
+double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability);
+
 /// The two-sided exact binomial p-value of `count` under `probability`: twice the smaller tail, at most 1.
 /// Conservative, as a count is discrete; 1 without trials.
 double binomial_p_value(const CoverageCount& count, double probability);

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/record/unwrapped_angles.h"
 
 namespace credence::internal {
 namespace {
@@ -18,7 +18,6 @@ namespace {
 constexpr std::int64_t kRunsLookedAt = 4;
 /// Relative to the standard deviations: beyond what rounding does.
 constexpr double kAsymmetry = 1e-9;
-constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
 /// Sentences, each kind once.
 class Problems {
@@ -66,7 +65,7 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
   for (Index i = 0; i < step.error.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const std::size_t state = step.states.empty() ? at : static_cast<std::size_t>(step.states[at]);
-    if (!layout.angles[state] || std::abs(step.error[i]) <= kHalfTurn) continue;
+    if (!layout.angles[state] || !is_unwrapped(step.error[i])) continue;
     problems.add("angle", fmt::format("the error of the angle '{}' is {} rad {}: minus() does not wrap it",
                                       layout.states[state], step.error[i], where));
   }
@@ -78,7 +77,7 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
     check_covariance(name, innovation.S, where, problems);
     for (Index j = 0; j < innovation.nu.size() && !sensor.angles.empty(); ++j) {
       if (!sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))]) continue;
-      if (std::abs(innovation.nu[j]) <= kHalfTurn) continue;
+      if (!is_unwrapped(innovation.nu[j])) continue;
       problems.add("innovation",
                    fmt::format("the innovation of an angle is {} rad {}: the filter does not wrap it",
                                innovation.nu[j], where));
