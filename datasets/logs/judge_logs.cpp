@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <condition_variable>
 #include <exception>
 #include <iterator>
 #include <mutex>
 #include <utility>
 
+#include "analysis/evidence/sums/run_innovations.h"
+#include "analysis/laws/shape/coverage.h"
 #include "core/nan.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
@@ -135,11 +136,11 @@ class GroupSink final : public LogSink {
                       "or judge some at a time",
                       sensors, kMostSensors));
     }
-    if (sensors > EvidenceRecorder::kMostPairedSensors && runs_ == 0) {
+    if (sensors > kMostPairedSensors && runs_ == 0) {
       remark(
           fmt::format("Whether innovations of two sensors are correlated is not tested: {} sensors are more "
                       "than {}.",
-                      sensors, EvidenceRecorder::kMostPairedSensors));
+                      sensors, kMostPairedSensors));
     }
   }
 
@@ -185,16 +186,6 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
   return group;
 }
 
-/// P(X ≥ k), X of n files each with probability p.
-double chance_of_files(std::int64_t k, std::int64_t n, double p) {
-  double below = 0.0, term = std::pow(1.0 - p, static_cast<double>(n));
-  for (std::int64_t i = 0; i < k; ++i) {
-    below += term;
-    term *= p / (1.0 - p) * static_cast<double>(n - i) / static_cast<double>(i + 1);
-  }
-  return 1.0 - below;
-}
-
 /// Keeps one hint where more files have one than chance explains and than misfit without: a mistake of who
 /// wrote the logs is in most of those that it can be seen in.
 void leave_out_chance(LogJudgeResult& result, std::int64_t unexplained) {
@@ -202,7 +193,7 @@ void leave_out_chance(LogJudgeResult& result, std::int64_t unexplained) {
   const std::int64_t hints = std::ranges::count_if(result.remarks, is_hint);
   if (hints == 0) return;
   constexpr double kRounding = 1e-12;
-  const bool chance = hints <= unexplained || chance_of_files(hints, result.files, ReadingFit::kLevel) >
+  const bool chance = hints <= unexplained || binomial_upper_tail(hints, result.files, ReadingFit::kLevel) >
                                                   ReadingFit::kLevel + kRounding;
   bool told = false;
   std::erase_if(result.remarks, [&](LogRemark& remark) {

@@ -3,11 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
-#include <numbers>
-#include <numeric>
 #include <span>
 
 #include "analysis/evidence/causes/relative_place.h"
@@ -15,6 +11,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "core/linear_algebra/squared_norm.h"
 #include "core/manifold/angle.h"
+#include "core/record/unwrapped_angles.h"
 
 namespace credence::internal {
 namespace {
@@ -33,52 +30,7 @@ double outlier_limit(Index dof) {
   return i < kCached ? limits[i] : chi_square_upper_quantile(kGrossOutlier, static_cast<double>(dof));
 }
 
-/// Beyond it an angle is not wrapped; the least above π.
-constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
-
 static_assert(is_checked(kLargestAveragedMap, 3, 100), "every step of what is averaged tells its covariance");
-
-/// Φ⁻¹(u) of a probability, finite at 0 and 1.
-double normal_score(double u) {
-  constexpr double kLeast = 1e-15;
-  return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
-}
-
-/// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.
-CoverageCount count_ties(std::vector<double> values) {
-  constexpr double kEqual = 1e-9;
-  std::ranges::sort(values);
-  CoverageCount ties;
-  const auto equal = [&](std::size_t i) {  // to the one before
-    return i > 0 && i < values.size() &&
-           values[i] - values[i - 1] <= kEqual * std::max(1.0, std::abs(values[i]));
-  };
-  for (std::size_t i = 0; i < values.size(); ++i) ties.add(equal(i) || equal(i + 1));
-  return ties;
-}
-
-/// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
-std::size_t settled_from(std::size_t steps) { return steps / 5; }
-
-/// Every so many steps a sensor speaks: the greatest common divisor of the steps between its innovations, as
-/// a sensor that is slower than the filter has successive ones too. count_at(k): its components at step k.
-template <class Count>
-std::size_t interval_of_sensor(std::size_t first, std::size_t steps, Count count_at) {
-  std::size_t interval = 0, last = steps;
-  for (std::size_t k = first; k < steps && interval != 1; ++k) {
-    if (count_at(k) == 0) continue;
-    if (last < steps) interval = std::gcd(interval, k - last);
-    last = k;
-  }
-  return std::max<std::size_t>(1, interval);
-}
-
-/// The first step not before `first` at which it has one.
-template <class Count>
-std::size_t first_of_sensor(std::size_t first, std::size_t steps, Count count_at) {
-  while (first < steps && count_at(first) == 0) ++first;
-  return first;
-}
 
 }  // namespace
 
@@ -191,7 +143,7 @@ void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const Normali
 void EvidenceRecorder::reject(OpenRun& run, const Step& step, std::string_view problem) {
   RejectedRows& rejected = sums_.rejected[std::string(problem)];
   if (rejected.count++ == 0) rejected.first = fmt::format("{}:{}", file_, step.line);
-  for (RunInnovations& innovations : run.innovations) innovations.begins.push_back(innovations.values.size());
+  for (RunInnovations& innovations : run.innovations) innovations.begin_step();
 }
 
 void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& step, StepStatistics& s) const {
@@ -366,29 +318,12 @@ void EvidenceRecorder::add_scores(OpenRun& run, const NormalisedStep& step) cons
   if (step.blocks[static_cast<std::size_t>(position_)].dof >= 0) run.score.last_position = step.position;
 }
 
-void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const NormalisedInnovation& value) {
+void EvidenceRecorder::add_innovation(OpenRun& run, std::size_t i, const NormalisedInnovation& value) {
   const Sensor& sensor = layout_.sensors[i];
   SensorSums& sums = sums_.sensor(sensor);
-  RunInnovations& run = open.innovations[i];
-  run.pieces = run.pieces && !sensor.nis_alone && sensor.piece <= SensorSums::kLargestWhitened &&
-               value.complete && value.dof % sensor.piece == 0 && value.nu.size() == value.dof &&
-               (sensor.piece < sensor.dim || value.dof == sensor.dim);
   if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
-  for (Index j = 0; j < value.nu.size() && !sensor.angles.empty() && value.complete; ++j) {
-    const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
-    if (angle && std::abs(value.nu[j]) > kHalfTurn) ++sums.unwrapped;
-  }
-  run.nis.push_back(
-      {value.value, value.dof, value.noise_share, open.change, open.log_determinant - open.change});
-  if (sensor.nis_alone) {
-    run.values.push_back(normal_score(chi_square_cdf(value.value, static_cast<double>(value.dof))));
-  } else {
-    const double* const u = value.whitened.data();
-    run.values.insert(run.values.end(), u, u + value.whitened.size());
-    if (sensor.piece < 2 || !run.pieces) return;
-    for (Index j = 0; j < value.nu.size(); ++j)
-      run.squares.push_back(value.nu[j] * value.nu[j] / value.variance[j]);
-  }
+  if (value.complete) sums.unwrapped += count_unwrapped(value.nu, sensor.angles);
+  run.innovations[i].add(sensor, value, run.change, run.log_determinant - run.change);
 }
 
 void EvidenceRecorder::add_innovations(OpenRun& run, const NormalisedStep& step) {
@@ -396,7 +331,7 @@ void EvidenceRecorder::add_innovations(OpenRun& run, const NormalisedStep& step)
   Index dof = 0;
   for (std::size_t i = 0; i < step.innovations.size(); ++i) {
     const NormalisedInnovation& value = step.innovations[i];
-    run.innovations[i].begins.push_back(run.innovations[i].values.size());
+    run.innovations[i].begin_step();
     if (value.dof <= 0) continue;
     total += value.value;
     dof += value.dof;
@@ -417,133 +352,6 @@ void EvidenceRecorder::add_innovations(OpenRun& run, const NormalisedStep& step)
   if (!outlier) at_step(sums_.clean_nis, entry_).add(total, dof);
 }
 
-void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
-  if (std::ssize(run.innovations) > kMostPairedSensors) return;
-  Vector both;
-  const auto values_at = [&run](std::size_t sensor, std::size_t k) { return run.innovations[sensor].at(k); };
-  for (std::size_t j = 1; j < run.innovations.size(); ++j) {
-    for (std::size_t i = 0; i < j; ++i) {
-      const Sensor &first = layout_.sensors[i], &second = layout_.sensors[j];
-      const Index dim = first.dim + second.dim;
-      if (first.nis_alone || second.nis_alone || dim > SensorPairSums::kLargest) continue;
-      for (std::size_t k = 0; k < run.innovations[j].begins.size(); ++k) {
-        const auto u = values_at(i, k), v = values_at(j, k);
-        if (u.empty() || v.empty() || std::ssize(u) != first.dim || std::ssize(v) != second.dim) continue;
-        both.resize(dim);
-        std::ranges::copy(u, both.begin());
-        std::ranges::copy(v, both.begin() + first.dim);
-        SensorPairSums& pair = sums_.sensor_pair(first.name, second.name, first.dim);
-        if (pair.fits(first.dim, dim)) pair.both.add(both);
-      }
-    }
-  }
-}
-
-std::vector<std::size_t> EvidenceRecorder::seen_at_steps(std::span<const RunInnovations> sensors) {
-  constexpr std::size_t kMostComponents = 1'000'003;  // of a sensor; coprime to 2⁶⁴, if many sensors wrap it
-  std::vector<std::size_t> seen(sensors.empty() ? 0 : sensors.front().begins.size(), 0);
-  for (const RunInnovations& sensor : sensors) {
-    for (std::size_t k = 0; k < seen.size(); ++k) seen[k] = kMostComponents * seen[k] + sensor.at(k).size();
-  }
-  return seen;
-}
-
-ChangesOfRun::Comparable EvidenceRecorder::comparable_changes(const RunInnovations& run,
-                                                              std::span<const std::size_t> seen,
-                                                              std::size_t early) {
-  ChangesOfRun changes;
-  std::size_t i = 0;
-  for (std::size_t k = 0; k < run.begins.size(); ++k) {
-    if (run.at(k).empty()) continue;
-    if (i++ < early) continue;
-    changes.add(seen[k], run.nis[i - 1].before, run.nis[i - 1].change);
-  }
-  return changes.comparable();
-}
-
-void EvidenceRecorder::close_innovations(const RunInnovations& run, std::span<const std::size_t> seen,
-                                         std::size_t sensor) {
-  SensorSums& sums = sums_.sensor(layout_.sensors[sensor]);
-  sums.varies = sums.varies || !run.pieces || sums.sensor.piece != layout_.sensors[sensor].piece;
-  std::vector<double> nis;
-  std::size_t early = 0;  // innovations of the first fifth
-  for (std::size_t k = 0; k < settled_from(run.begins.size()); ++k) early += !run.at(k).empty();
-  const ChangesOfRun::Comparable changes = comparable_changes(run, seen, early);
-  for (const auto& [value, dof, noise_share, change, before] : run.nis) {
-    sums.by_dimension[dof].add(value, dof);
-    const double u = chi_square_cdf(value, static_cast<double>(dof));
-    sums.fit.add(u);
-    sums.far_tail.add(u <= SensorSums::kFarTail);
-    sums.largest_nis = std::max(sums.largest_nis, value);
-    if (!std::isnan(noise_share)) sums.measurement_share.add(noise_share);
-    if (nis.size() >= early) sums.changes.add(1.0 - u, changes.changes[nis.size() - early], changes.variance);
-    nis.push_back(value);
-  }
-  sums.ties.merge(count_ties(std::move(nis)));
-  const auto count_at = [&](std::size_t k) { return run.at(k).size(); };
-  const std::size_t steps = run.begins.size();
-  const std::size_t first = first_of_sensor(settled_from(steps), steps, count_at);
-  const std::size_t interval = interval_of_sensor(first, steps, count_at);
-  const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
-  double level = 0.0;
-  if (layout_.sensors[sensor].nis_alone && first < steps) {
-    const auto settled = std::span(run.values).subspan(run.begins[first]);
-    for (const double value : settled) level += value / static_cast<double>(settled.size());
-  }
-  std::size_t most = 0;
-  Moments scalar_mean;
-  sums.scalar_lags.begin_run();
-  Vector value(1);
-  for (std::size_t k = first; k < steps; k += interval) {
-    const std::size_t count = count_at(k);
-    most = std::max(most, count / d);
-    if (count == 0) {
-      sums.scalar_lags.add_missing();
-      continue;
-    }
-    double sum = -level;
-    for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
-    value[0] = sum / std::sqrt(static_cast<double>(count));
-    sums.scalar_lags.add(value);
-    scalar_mean.add(value[0]);
-    sums.scalar_values.add(value);
-  }
-  if (scalar_mean.count > 0) sums.scalar_run_means.add(Vector::Constant(1, scalar_mean.mean));
-  if (sums.varies) return;
-
-  if (run.pieces && !run.values.empty() && layout_.sensors[sensor].piece == layout_.sensors[sensor].dim) {
-    sums.first.add(Eigen::Map<const Vector>(run.values.data(), static_cast<Index>(d)));
-  }
-  if (run.pieces && d > 1) {
-    sums.components.resize(d);
-    for (std::size_t k = first; k < steps; ++k) {
-      const std::size_t count = count_at(k);
-      for (std::size_t j = 0; j < d && count > 0; ++j) {
-        double sum = 0.0;
-        for (std::size_t i = j; i < count; i += d) sum += run.squares[run.begins[k] + i];
-        sums.components[j].add(sum * static_cast<double>(d) / static_cast<double>(count));
-      }
-    }
-  }
-  Vector total = Vector::Zero(static_cast<Index>(d));
-  double pieces = 0.0;
-  for (std::size_t j = 0; j < most; ++j) {
-    sums.lags.begin_run();
-    for (std::size_t k = first; k < steps; k += interval) {
-      if (j >= count_at(k) / d) {
-        sums.lags.add_missing();
-        continue;
-      }
-      const Eigen::Map<const Vector> u(run.values.data() + run.begins[k] + j * d, static_cast<Index>(d));
-      sums.lags.add(u);
-      sums.values.add(u);
-      total += u;
-      pieces += 1.0;
-    }
-  }
-  if (pieces > 0.0) sums.run_means.add(total / pieces);
-}
-
 void EvidenceRecorder::close_runs() {
   for (OpenRun& run : runs_) close_run(run, true);
 }
@@ -551,9 +359,7 @@ void EvidenceRecorder::close_runs() {
 void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   if (!run.open) return;
   run.open = false;
-  const std::vector<std::size_t> seen = seen_at_steps(run.innovations);
-  for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run.innovations[i], seen, i);
-  close_sensor_pairs(run);
+  add_innovations_of_run(run.innovations, layout_, sums_);
   if (well) run.law.add_to(sums_.law, averaged_);
   if (!well || run.nees.empty()) return;
   run.score.add_to(sums_.scores);

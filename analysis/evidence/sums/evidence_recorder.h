@@ -10,6 +10,7 @@
 
 #include "analysis/calibration/calibration_sums.h"
 #include "analysis/evidence/sums/evidence.h"
+#include "analysis/evidence/sums/run_innovations.h"
 #include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/laws/correlation/lateness.h"
 #include "core/linear_algebra/correlation_whitening.h"
@@ -25,8 +26,6 @@ namespace credence::internal {
 /// certainty, is counted as rejected with its reason and never repaired: neither its NEES nor its NIS counts.
 class EvidenceRecorder {
  public:
-  static constexpr Index kMostPairedSensors = 64;  ///< of more no pairs are looked at
-
   EvidenceRecorder() = default;
   /// The next steps are of this layout, and none of a file.
   explicit EvidenceRecorder(const RunLayout& layout) { begin_file({}, layout); }
@@ -52,27 +51,6 @@ class EvidenceRecorder {
   Evidence take();
 
  private:
-  /// What the steps of an open run leave behind for its end: the normalised innovations of one sensor.
-  struct RunInnovations {
-    struct Nis {
-      double value = 0.0;
-      Index dof = 0;
-      double noise_share = 0.0;
-      double change = 0.0;  ///< of log det P over the step
-      double before = 0.0;  ///< log det P
-    };
-    std::vector<Nis> nis{};             ///< of the steps with a measurement
-    std::vector<double> values{};       ///< whitened, one after the other
-    std::vector<double> squares{};      ///< ν_i²/S_ii of them, of a sensor of several components
-    std::vector<std::size_t> begins{};  ///< of each step in `values`; an empty one had no measurement
-    bool pieces = true;                 ///< all of them can be taken apart
-
-    std::span<const double> at(std::size_t k) const {
-      const std::size_t end = k + 1 < begins.size() ? begins[k + 1] : values.size();
-      return std::span(values).subspan(begins[k], end - begins[k]);
-    }
-  };
-
   struct OpenRun {
     bool open = false, first = false;
     double log_determinant = kNaN, change = kNaN;  ///< of P at the last step, and over it
@@ -112,13 +90,6 @@ class EvidenceRecorder {
   void close_run(OpenRun& run, bool well);
   void close_last(const BlockError& state);
   void close_runs();
-  void close_sensor_pairs(const OpenRun& run);
-  void close_innovations(const RunInnovations& run, std::span<const std::size_t> seen, std::size_t sensor);
-  /// Of each step of a run what ChangesOfRun::add takes.
-  static std::vector<std::size_t> seen_at_steps(std::span<const RunInnovations> sensors);
-  /// The changes of log det P of one sensor's innovations but the first few, which may be compared.
-  static ChangesOfRun::Comparable comparable_changes(const RunInnovations& run,
-                                                     std::span<const std::size_t> seen, std::size_t early);
 
   std::string file_;
   RunLayout layout_;
