@@ -26,7 +26,8 @@ int tune_logs(const TuneOptions& options) {
         "a log is no scenario: --free, --write, --set, --runs, --steps and --seed have no meaning for it");
   }
   const std::vector<fs::path> files = log_files(options.inputs);
-  const LogReadOptions reading{.truth = TruthFiles(files, {})};
+  LogReading reading;
+  reading.truth = TruthFiles(files, {});
   const std::vector<SensorRecord> records = [&] {
     const StepDisplay display("tune, reading", options.quiet, "rows");
     return read_innovations(

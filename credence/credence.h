@@ -37,6 +37,6 @@ namespace credence {
 // What the functions above take or give, and is used within as well.
 using internal::Anchor, internal::ArrowCovariance, internal::BlockLayout, internal::MapBound;
 using internal::MinTraceOptions, internal::MinTraceState, internal::RiccatiProblem;
-using internal::PlacedLandmark, internal::PredictedRangeBearing;
+using internal::PlacedLandmark, internal::PredictedRangeBearing, internal::RunAverages, internal::RunSum;
 
 }  // namespace credence

@@ -4,14 +4,13 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/nan.h"
-#include "datasets/logs/conventions/pose_chart.h"
+#include "datasets/logs/log_read_options.h"
 #include "datasets/logs/log_sink.h"
 #include "datasets/logs/trajectory_errors.h"
 #include "datasets/logs/truth_files.h"
@@ -20,25 +19,14 @@
 /// The formats of logs that are read: a format is a pair of files and a line in the list of
 /// log_formats.cpp.
 
-namespace credence {
-
-/// What a user can say about logs; each format takes what concerns it.
-struct LogReadOptions {
-  std::string topic{};               ///< of the estimate; "" where only one fits
-  std::string truth_topic{};         ///< of the truth in the same file; "" for none
-  std::optional<int> instance{};     ///< of several filters in one log: which one
-  std::optional<PoseChart> chart{};  ///< none: what the format means by itself
-  TrajectoryMatching matching{};
-  internal::TruthFiles truth{};  ///< --truth
-  /// Of a file that is cut off or corrupted what comes before is read, with a remark, if it is anything.
-  bool partial = false;
-  /// Of all files together, where it is to be found so and there are several: found before they are read.
-  std::shared_ptr<const internal::TimeOffset> common_offset{};
-};
-
-}  // namespace credence
-
 namespace credence::internal {
+
+/// What a format is told: the user's options, and what is found once for all files.
+struct LogReading : LogReadOptions {
+  TruthFiles truth{};  ///< --truth
+  /// Of all files together, where it is to be found so and there are several.
+  std::shared_ptr<const TimeOffset> common_offset{};
+};
 
 /// One series of messages, or one array, in a log.
 struct LogTopic {
@@ -65,7 +53,7 @@ struct LogFormat {
   std::string_view name;        ///< of --input
   std::string_view title;       ///< for reports
   std::string_view extensions;  ///< of its files, each with its dot, separated by blanks
-  bool takes_truth = false;     ///< uses LogReadOptions::truth
+  bool takes_truth = false;     ///< uses LogReading::truth
   bool has_poses = false;       ///< uses all of LogReadOptions::matching, and a chart
   bool has_topics = false;      ///< uses LogReadOptions::topic
   bool holds_truth = false;     ///< uses LogReadOptions::truth_topic
@@ -75,10 +63,10 @@ struct LogFormat {
   /// What is in a file. Throws DataError.
   std::function<LogContents(const std::filesystem::path& file)> list;
   /// Of has_poses: what the time offset of several files is found from. Throws as `read`.
-  std::function<PosesWithTruth(const std::filesystem::path& file, const LogReadOptions& options)> poses = {};
+  std::function<PosesWithTruth(const std::filesystem::path& file, const LogReading& options)> poses = {};
   /// Reads a file, in one pass or two. Throws DataError, and std::invalid_argument for options that do not
   /// fit the file, with what would be accepted.
-  std::function<void(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink)> read;
+  std::function<void(const std::filesystem::path& file, const LogReading& options, LogSink& sink)> read;
 };
 
 /// All of them, the most easily told apart first.

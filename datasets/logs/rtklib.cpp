@@ -159,7 +159,7 @@ const GnssFix* truth_fix(const GnssSolution& truth, double time_s, double limit_
   return best != nullptr && std::abs(best->time_s - time_s) <= limit_s ? best : nullptr;
 }
 
-void read_solution(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+void read_solution(const std::filesystem::path& file, const LogReading& options, LogSink& sink) {
   if (options.truth.empty()) {
     throw std::invalid_argument(fmt::format(
         "{}: a solution has no truth in it: name by --truth another .pos, a better solution or a survey "

@@ -312,8 +312,7 @@ TruthFit fit_of(const TimeOffset& offset) {
   return offset.reason.empty() && offset.taken <= kTaken ? TruthFit::none : TruthFit::least_nees;
 }
 
-TrajectoryMatching with_time_offset(const PosesWithTruth& file, const LogReadOptions& options,
-                                    LogSink& sink) {
+TrajectoryMatching with_time_offset(const PosesWithTruth& file, const LogReading& options, LogSink& sink) {
   TrajectoryMatching matching = options.matching;
   const double named_s = matching.time_offset_s.value_or(0.0);
   const bool asked = matching.find_time_offset != TimeOffsetSearch::none;

@@ -33,6 +33,6 @@ TruthFit fit_of(const TimeOffset& offset);
 
 /// The matching of one file with the time offset that `options` ask for, told to `sink`: its own, or that of
 /// all files.
-TrajectoryMatching with_time_offset(const PosesWithTruth& file, const LogReadOptions& options, LogSink& sink);
+TrajectoryMatching with_time_offset(const PosesWithTruth& file, const LogReading& options, LogSink& sink);
 
 }  // namespace credence::internal

@@ -47,7 +47,7 @@ bool takes_charts(TrajectoryFormat format) {
 }
 
 /// What the user declared, or the default.
-PoseChart chart_of(const LogReadOptions& options, TrajectoryFormat format) {
+PoseChart chart_of(const LogReading& options, TrajectoryFormat format) {
   if (!options.chart) {
     return pose_chart_of(format == TrajectoryFormat::poses ? OrientationError::world
                                                            : OrientationError::body);
@@ -90,7 +90,7 @@ struct ReadTrajectory {
 };
 
 ReadTrajectory read_with_truth(const std::filesystem::path& file, TrajectoryFormat format,
-                               const LogReadOptions& options, LogSink& sink) {
+                               const LogReading& options, LogSink& sink) {
   if (options.truth.empty()) {
     throw std::invalid_argument(
         fmt::format("{}: a trajectory ({}) has no truth in it: name the truth by --truth", file.string(),
@@ -114,8 +114,8 @@ ReadTrajectory read_with_truth(const std::filesystem::path& file, TrajectoryForm
   return {std::move(estimate), std::move(poses), chart};
 }
 
-void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
-                     const LogReadOptions& options, LogSink& sink) {
+void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format, const LogReading& options,
+                     LogSink& sink) {
   const auto [estimate, poses, chart] = read_with_truth(file, format, options, sink);
   const TrajectoryMatching matching = with_time_offset(poses, options, sink);
   ConventionCheck conventions(chart, options.chart.has_value());
@@ -155,11 +155,11 @@ LogFormat format_of(TrajectoryFormat format, std::string_view title, std::string
                                      const std::filesystem::path&) { return recognises(beginning); },
           .list = [format](const std::filesystem::path& file) { return list_trajectory(file, format); },
           .poses =
-              [format](const std::filesystem::path& file, const LogReadOptions& options) {
+              [format](const std::filesystem::path& file, const LogReading& options) {
                 SilentSink sink;
                 return read_with_truth(file, format, options, sink).poses;
               },
-          .read = [format](const std::filesystem::path& file, const LogReadOptions& options,
+          .read = [format](const std::filesystem::path& file, const LogReading& options,
                            LogSink& sink) { read_trajectory(file, format, options, sink); }};
 }
 

@@ -19,11 +19,11 @@
 namespace credence::internal {
 namespace {
 
-class SilentSink final : public LogSink {
+/// Requires of what it takes that the judging code can rely on it.
+class RequiringSink final : public LogSink {
  public:
   void begin_run(const RunLayout& layout) override { states_ = layout.states.size(); }
   void add(const Step& step) override {
-    // What the judging code relies on.
     for (const Index state : step.states) {
       if (static_cast<std::size_t>(state) >= states_) std::abort();
     }
@@ -63,8 +63,8 @@ std::filesystem::path truth_of(std::string_view format) {
   return file;
 }
 
-LogReadOptions options_of(const LogFormat& format, const std::filesystem::path& file) {
-  LogReadOptions options;
+LogReading options_of(const LogFormat& format, const std::filesystem::path& file) {
+  LogReading options;
   options.matching.max_time_difference_s = 1.0;
   if (format.name == "mcap" || format.name == "db3" || format.name == "rosbag") {
     options.truth_topic = "/truth";
@@ -76,7 +76,7 @@ LogReadOptions options_of(const LogFormat& format, const std::filesystem::path& 
 
 /// In seven of eight inputs the poses are taken as planar, whose conventions are not looked at: that costs
 /// more than the reading.
-LogReadOptions options_for(LogReadOptions options, const LogFormat& format, std::size_t size) {
+LogReading options_for(LogReading options, const LogFormat& format, std::size_t size) {
   constexpr std::size_t kConventionsIn = 8;
   const bool poses = format.has_poses && format.name != "openvins" && format.name != "cnspy";
   if (poses && size % kConventionsIn != 0) options.chart = pose_chart_of(OrientationError::planar);
@@ -100,14 +100,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace credence::internal;
   static const LogFormat& format = log_format_named(CREDENCE_FUZZ_FORMAT);
   static const std::filesystem::path file = memory_file("input");
-  static const LogReadOptions all = options_of(format, file);
-  const LogReadOptions options = options_for(all, format, size);
+  static const LogReading all = options_of(format, file);
+  const LogReading options = options_for(all, format, size);
   write(file, reinterpret_cast<const char*>(data), size);
-  SilentSink sink;
+  RequiringSink sink;
   allowed_to_fail([&] { log_format_of(file); });
   allowed_to_fail([&] { format.read(file, options, sink); });
   if (format.name == "ulog") {
-    LogReadOptions states = options;
+    LogReading states = options;
     states.truth_topic = kUlogTruth;
     allowed_to_fail([&] { format.read(file, states, sink); });
   }

@@ -186,7 +186,7 @@ class TruthBuilder {
 /// One file, read in passes.
 class RosLog {
  public:
-  RosLog(const std::filesystem::path& file, const RosScan& scan, const LogReadOptions& options, LogSink& sink)
+  RosLog(const std::filesystem::path& file, const RosScan& scan, const LogReading& options, LogSink& sink)
       : file_(file),
         scan_(scan),
         options_(options),
@@ -456,7 +456,7 @@ class RosLog {
 
   std::filesystem::path file_;
   const RosScan& scan_;
-  const LogReadOptions& options_;
+  const LogReading& options_;
   LogSink& sink_;
   TrajectoryMatching matching_;
   TruthPlacement placement_;
@@ -502,11 +502,11 @@ LogFormat format_of(std::string_view name, std::string_view title, std::string_v
                                  const std::filesystem::path&) { return begins(beginning); },
           .list = [scan](const std::filesystem::path& file) { return list_topics(file, scan); },
           .poses =
-              [scan](const std::filesystem::path& file, const LogReadOptions& options) {
+              [scan](const std::filesystem::path& file, const LogReading& options) {
                 SilentSink sink;
                 return RosLog(file, scan, options, sink).poses();
               },
-          .read = [scan](const std::filesystem::path& file, const LogReadOptions& options,
+          .read = [scan](const std::filesystem::path& file, const LogReading& options,
                          LogSink& sink) { RosLog(file, scan, options, sink).judge(); }};
 }
 

@@ -109,7 +109,7 @@ std::vector<std::string> remarks_of(const LogJudgeResult& result) {
 /// The time offset of all files together, if one is asked for; nothing of one file, whose own it is, and
 /// where it was stopped.
 std::shared_ptr<const TimeOffset> common_offset(std::span<const fs::path> files, const Formats& formats,
-                                                const LogReadOptions& reading, const CheckOptions& options) {
+                                                const LogReading& reading, const CheckOptions& options) {
   if (reading.matching.find_time_offset != TimeOffsetSearch::together || files.size() < 2 ||
       !names_truth(options))
     return nullptr;
@@ -144,7 +144,7 @@ Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
 CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options,
                          const CheckWatch& watch) {
   const Formats formats = formats_of(files, options);
-  LogReadOptions reading = options.reading;
+  LogReading reading{options.reading, {}, {}};
   reading.truth = TruthFiles(files, options.truths);
   reading.common_offset = common_offset(files, formats, reading, options);
   RunErrors first_run;

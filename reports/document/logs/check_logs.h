@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/logs/log_format.h"
+#include "datasets/logs/log_read_options.h"
 #include "reports/document/judge/judged_filter.h"
 
 namespace credence {
@@ -15,7 +15,7 @@ struct CheckOptions {
   std::string name{};                 ///< for titles and files; "" for that of the first log
   std::string format = "auto";        ///< seen from how a file begins, or a name of log_formats
   std::vector<std::string> truths{};  ///< of logs that do not hold it: one for all of them, or one for each
-  LogReadOptions reading{};           ///< all but its truth, which is of `truths`
+  LogReadOptions reading{};
   double confidence = 0.95;
   double within = 0.1;       ///< what counts as right: the factor on P between 1/(1 + this) and 1 + this
   bool sensitivity = false;  ///< judge without gross outliers too

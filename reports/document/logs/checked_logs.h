@@ -6,6 +6,7 @@
 #include <map>
 #include <span>
 
+#include "datasets/logs/log_format.h"
 #include "reports/document/logs/check_logs.h"
 #include "reports/document/logs/log_report.h"
 

@@ -116,7 +116,7 @@ void expect_the_same(const Judgement& read, const Judgement& memory, double prec
 
 /// What is read of these files, one for each run.
 Judgement judge_files(const LogFormat& format, const std::vector<std::filesystem::path>& files,
-                      const LogReadOptions& options) {
+                      const LogReading& options) {
   LogJudgeOptions one_thread;
   one_thread.threads = 1;
   const LogFileReader read = [&](const std::filesystem::path& file, LogSink& sink) {
@@ -167,7 +167,7 @@ class EveryFormat : public ::testing::TestWithParam<double> {
       files.push_back(folder_.write(fmt::format("{}-{}.txt", format, r), content));
       truths.push_back(folder_.write(fmt::format("truth-{}.txt", r), truth_text(runs[r])).string());
     }
-    LogReadOptions options;
+    LogReading options;
     options.truth = TruthFiles(files, truths);
     expect_the_same(judge_files(log_format_named(format), files, options), in_memory(runs, layout(joint), 6),
                     1e-9, format);
@@ -210,7 +210,7 @@ TEST_P(EveryFormat, TrajectoriesAsText) {
 TEST_P(EveryFormat, BagsOfRos) {
   const std::vector<PoseRun> runs = pose_runs(GetParam(), true);
   const Judgement memory = in_memory(runs, layout(true), 6);
-  LogReadOptions options;
+  LogReading options;
   options.truth_topic = "/gt";
   options.chart = pose_chart_named("body");
   std::vector<std::filesystem::path> mcap, bag, db3;
@@ -258,7 +258,7 @@ TEST_P(EveryFormat, PositioningSolutions) {
     }
     files.push_back(folder_.write(fmt::format("{}.pos", r), text));
   }
-  LogReadOptions options;
+  LogReading options;
   options.truth = TruthFiles(
       files,
       {folder_.write("point.pos", header + line(0, Eigen::Vector3d::Zero(), std::vector<double>(6, 0.0)))

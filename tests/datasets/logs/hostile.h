@@ -15,7 +15,7 @@ namespace credence::internal::testing {
 
 /// Reads a file that may be anything: true if it could be read, false for an error that names the file, and a
 /// failed test for all else.
-inline bool reads(const LogFormat& format, const std::filesystem::path& file, const LogReadOptions& options,
+inline bool reads(const LogFormat& format, const std::filesystem::path& file, const LogReading& options,
                   const std::string& what) {
   RecordedSink sink;
   try {
@@ -35,7 +35,7 @@ inline bool reads(const LogFormat& format, const std::filesystem::path& file, co
 /// Reads a file cut off at every byte, and with every byte changed, in one of three ways: whatever comes of
 /// it, it is no crash. Returns at how many bytes a cut was not noticed.
 inline std::size_t unnoticed_cuts(const LogFormat& format, const std::string& whole,
-                                  const LogReadOptions& options) {
+                                  const LogReading& options) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.write("hostile.log", whole);
   EXPECT_TRUE(reads(format, file, options, "whole"));

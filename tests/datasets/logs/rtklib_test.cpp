@@ -30,7 +30,7 @@ const std::string kPoint =
 struct RtklibFiles : ::testing::Test {
   RecordedSink read(const std::string& log, const std::string& truth) const {
     const auto file = folder.write("log.pos", log);
-    LogReadOptions options;
+    LogReading options;
     options.truth = TruthFiles(std::vector{file}, {folder.write("truth.pos", truth).string()});
     RecordedSink sink;
     rtklib_format().read(file, options, sink);

@@ -127,7 +127,9 @@ TEST(TimeOffset, WhatCannotBeToldHasAReason) {
 // by an unknown part.
 TEST(TimeOffset, OneWithoutAnIntervalIsUsedAndOneThatIsNotFoundIsNot) {
   const auto used = [](const OffsetLog& log, TrajectoryMatching matching, testing::RecordedSink& sink) {
-    return with_time_offset(log.poses(), {.matching = matching}, sink).time_offset_s.value_or(0.0);
+    LogReading reading;
+    reading.matching = matching;
+    return with_time_offset(log.poses(), reading, sink).time_offset_s.value_or(0.0);
   };
   const OffsetLog late = offset_log(6, 400, 0.1, 0.0), unknown = offset_log(2, 400, 1.6, 0.0),
                   slow = offset_log(3, 200, 0.1, 0.97);
@@ -206,8 +208,9 @@ TEST(TimeOffset, ThatOfAllFilesIsUsedForEach) {
                           .files = 4,
                           .whole_files = true,
                           .taken = 0.05};
-  const LogReadOptions options{.matching = {.find_time_offset = TimeOffsetSearch::together},
-                               .common_offset = std::make_shared<const TimeOffset>(common)};
+  LogReading options;
+  options.matching.find_time_offset = TimeOffsetSearch::together;
+  options.common_offset = std::make_shared<const TimeOffset>(common);
   EXPECT_EQ(with_time_offset(log.poses(), options, sink).time_offset_s, 0.25);
   EXPECT_THAT(sink.said(), ::testing::AllOf(HasSubstr("One time offset of all 4 files together"),
                                             HasSubstr("how the files differ"), HasSubstr("at most 5 %")));

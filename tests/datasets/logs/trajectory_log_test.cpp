@@ -44,11 +44,11 @@ class TrajectoryLog : public ::testing::Test {
     }
     return folder_.write("estimate.tum", text);
   }
-  LogReadOptions with_truth() const {
+  LogReading with_truth() const {
     std::string text;
     for (int i = 0; i < 8; ++i) text += std::to_string(i) + " " + std::to_string(i) + " 0 0 0 0 0 1\n";
     const std::filesystem::path truth = folder_.write("truth.txt", text);
-    LogReadOptions options;
+    LogReading options;
     options.truth = TruthFiles({}, {truth.string()});
     return options;
   }
@@ -106,7 +106,7 @@ TEST_F(TrajectoryLog, WithoutATruthSaysHowToNameIt) {
 
 TEST_F(TrajectoryLog, AChartIsForFilesThatDoNotSayIt) {
   testing::RecordedSink sink;
-  LogReadOptions options = with_truth();
+  LogReading options = with_truth();
   options.chart = pose_chart_of(OrientationError::world);
   const std::filesystem::path file = estimate(0.0);
   EXPECT_NO_THROW(tum_format().read(file, options, sink));

@@ -25,7 +25,7 @@ using ::testing::ThrowsMessage;
 RecordedSink flight_of(const std::string& bytes, const LogReadOptions& options = {}) {
   const TemporaryFolder folder;
   RecordedSink sink;
-  dataflash_format().read(folder.write("flight.bin", bytes), options, sink);
+  dataflash_format().read(folder.write("flight.bin", bytes), {options, {}, {}}, sink);
   return sink;
 }
 

@@ -25,7 +25,7 @@ using testing::UlogWriter;
 RecordedSink read_states(const std::string& bytes, const LogReadOptions& options) {
   const TemporaryFolder folder;
   RecordedSink sink;
-  ulog_format().read(folder.write("flight.ulg", bytes), options, sink);
+  ulog_format().read(folder.write("flight.ulg", bytes), {options, {}, {}}, sink);
   return sink;
 }
 

@@ -42,7 +42,7 @@ std::string row(std::uint64_t sample, float north, float east, float heading) {
 RecordedSink read(const std::string& bytes, const LogReadOptions& options = {}) {
   const TemporaryFolder folder;
   RecordedSink sink;
-  ulog_format().read(folder.write("flight.ulg", bytes), options, sink);
+  ulog_format().read(folder.write("flight.ulg", bytes), {options, {}, {}}, sink);
   return sink;
 }
 

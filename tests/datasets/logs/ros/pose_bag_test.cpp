@@ -138,7 +138,7 @@ TEST(PoseBag, a_byte_that_is_not_as_written_is_found) {
   const LoggedPose poses[] = {bag_pose(), bag_pose()};
   const std::string bag = pose_bag_bytes(poses);
   const TemporaryFolder folder;
-  LogReadOptions options;
+  LogReading options;
   options.truth_topic = kPoseBagTruth;
   const std::size_t end = bag.size() - 8 - 29 - 13;  // of the data: magic, footer and the end's own record
   const auto read = [&](const std::string& bytes) {
@@ -184,7 +184,7 @@ TEST(PoseBag, what_is_written_is_judged_as_it_was) {
     poses.push_back(pose);
   }
   const TemporaryFolder folder;
-  LogReadOptions options;
+  LogReading options;
   options.truth_topic = kPoseBagTruth;
   RecordedSink sink;
   mcap_format().read(folder.write("poses.mcap", pose_bag_bytes(poses)), options, sink);

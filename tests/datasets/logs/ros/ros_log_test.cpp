@@ -75,13 +75,13 @@ BagContent bag(Kind kind, const std::function<PoseCovariance(int)>& P = covarian
   return content;
 }
 
-LogReadOptions with_truth(const std::string& topic = "/truth") {
-  LogReadOptions options;
+LogReading with_truth(const std::string& topic = "/truth") {
+  LogReading options;
   options.truth_topic = topic;
   return options;
 }
 
-RecordedSink read_mcap(const BagContent& content, const LogReadOptions& options) {
+RecordedSink read_mcap(const BagContent& content, const LogReading& options) {
   const TemporaryFolder folder;
   RecordedSink sink;
   mcap_format().read(folder.write("log.mcap", testing::mcap_bytes(content, Packing::none)), options, sink);
@@ -151,7 +151,7 @@ TEST(RosLog, APublisherMoreIsNoTopicMore) {
       {ros2_sqlite_format(), folder / "log.db3"}};
   for (const auto& [format, file] : logs) {
     for (const char* topic : {"", "/odom"}) {
-      LogReadOptions options = with_truth();
+      LogReading options = with_truth();
       options.topic = topic;
       RecordedSink sink;
       format.read(file, options, sink);
@@ -253,7 +253,7 @@ TEST(RosLog, WithoutATruthItSaysWhatCannotBeKnown) {
 
 TEST(RosLog, TheOrientationsErrorIsTakenAsNamedAndAllMeaningsAreCompared) {
   const RecordedSink world = read_mcap(bag(Kind::cdr), with_truth());
-  LogReadOptions options = with_truth();
+  LogReading options = with_truth();
   options.chart = pose_chart_named("body");
   const RecordedSink body = read_mcap(bag(Kind::cdr), options);
   const Eigen::Vector3d turned = true_pose(5).orientation.conjugate() * kTurn;
@@ -296,7 +296,7 @@ TEST(RosLog, EstimateAndTruthThatLookSwappedAreTold) {
   for (BagContent::Message& message : content.messages) {
     if (message.topic == 1) message.bytes = odometry(Kind::cdr, row++, PoseCovariance::Zero());
   }
-  LogReadOptions swapped;
+  LogReading swapped;
   swapped.topic = "/truth";
   swapped.truth_topic = "/odom";
   const RecordedSink sink = read_mcap(content, swapped);
@@ -345,7 +345,7 @@ BagContent bag_with_lever(const std::string& type, const PoseCovariance& truth_c
 
 TEST(RosLog, ATruthWithOrientationsIsMovedAlongTheLeverArm) {
   const PoseCovariance C = 0.5 * PoseCovariance::Identity();
-  LogReadOptions options = with_truth();
+  LogReading options = with_truth();
   options.matching.lever_arm = kLever;
   const BagContent content = bag_with_lever("geometry_msgs/PoseWithCovarianceStamped", C);
   const RecordedSink sink = read_mcap(content, options);
@@ -364,7 +364,7 @@ TEST(RosLog, ATruthWithOrientationsIsMovedAlongTheLeverArm) {
 }
 
 TEST(RosLog, ATruthOfPointsTakesTheEstimateToTheEndOfTheLeverArm) {
-  LogReadOptions options = with_truth();
+  LogReading options = with_truth();
   options.matching.lever_arm = SpatialPose{kLever.position, Eigen::Quaterniond::Identity()};
   const BagContent content = bag_with_lever("geometry_msgs/PointStamped", PoseCovariance::Zero());
   const RecordedSink sink = read_mcap(content, options);
@@ -470,7 +470,7 @@ TEST(RosLog, MessagesOutOfOrderAreLeftOutAndCounted) {
 }
 
 TEST(RosLog, ErrorsSayWhatIsThere) {
-  const auto fails_with = [](const BagContent& content, const LogReadOptions& options,
+  const auto fails_with = [](const BagContent& content, const LogReading& options,
                              const std::string& message) {
     try {
       read_mcap(content, options);
@@ -479,7 +479,7 @@ TEST(RosLog, ErrorsSayWhatIsThere) {
       EXPECT_THAT(error.what(), HasSubstr(message));
     }
   };
-  LogReadOptions options = with_truth();
+  LogReading options = with_truth();
   options.topic = "/nowhere";
   fails_with(bag(Kind::cdr), options,
              "--topic /nowhere: it holds no poses with covariance under this name; there "
@@ -532,7 +532,7 @@ TEST(RosLog, WhatComesBeforeACutIsReadIfAskedFor) {
   const TemporaryFolder folder;
   const std::string whole = testing::mcap_bytes(bag(Kind::cdr), Packing::outside_chunks);
   const auto file = folder.write("log", whole.substr(0, whole.size() - 60));
-  LogReadOptions options = with_truth();
+  LogReading options = with_truth();
   options.partial = true;
   RecordedSink sink;
   mcap_format().read(file, options, sink);
