@@ -40,8 +40,11 @@ std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareO
   for (const fs::path& directory : study_directories(folder)) {
     StoredStudy study = read_study(directory);
     if (study.is_sweep()) {
-      throw std::invalid_argument(fmt::format(
-          "{}: is a sweep, whose configurations credence show sets side by side", directory.string()));
+      throw std::invalid_argument(
+          fmt::format("{}: is a sweep, whose configurations `credence show` sets side by side; one of them "
+                      "can be compared "
+                      "once `credence run` has made it, with --set and --out",
+                      directory.string()));
     }
     require_runs(study);
     const std::optional<StudyAnalysis> analysis = judge(study, options);

@@ -20,6 +20,7 @@ void JudgedStates::begin_run(const std::string& name, const RunLayout& layout) {
   ends_.begin_run(name, layout.has_truth && !layout.states.empty());
   place_.clear();
   open_ = 0;
+  has_truth_ = layout.has_truth && !layout.states.empty();
   if (!layout.has_truth) return;
   if (names_.empty()) {
     names_ = layout.states;
@@ -34,6 +35,10 @@ void JudgedStates::begin_run(const std::string& name, const RunLayout& layout) {
 
 void JudgedStates::add(const Step& step) {
   ends_.add(step.step, !step.states.empty());
+  if (has_truth_) {
+    ++rows_;
+    silent_ += step.states.empty() ? 1 : 0;
+  }
   if (open_ == 0) return;
   for (const Index state : step.states) {
     const std::size_t place = place_[static_cast<std::size_t>(state)];
@@ -45,6 +50,8 @@ void JudgedStates::add(const Step& step) {
 
 void JudgedStates::merge(const JudgedStates& later) {
   ends_.merge(later.ends_);
+  rows_ += later.rows_;
+  silent_ += later.silent_;
   for (std::size_t i = 0; i < later.names_.size(); ++i) {
     const std::size_t place = place_of(later.names_[i]);
     if (later.judged_[i]) judged_[place] = true;
@@ -69,6 +76,8 @@ std::string JudgedStates::never_judged() const {
 std::vector<std::string> JudgedStates::sentences() const {
   std::vector<std::string> all = ends_.sentences();
   if (std::string never = never_judged(); !never.empty()) all.insert(all.begin(), std::move(never));
+  if (silent_ > 0 && silent_ < rows_)
+    all.push_back(fmt::format("{} of {} rows have no estimate with its truth.", silent_, rows_));
   return all;
 }
 

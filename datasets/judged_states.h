@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,12 @@ class JudgedStates {
   std::string never_judged() const;  ///< a sentence, or empty
 
   RunEnds ends_;
+  std::int64_t rows_ = 0, silent_ = 0;  ///< of layouts with a truth, and those of them without states
   std::vector<std::string> names_;
   std::vector<bool> judged_;
   std::vector<std::size_t> place_;  ///< of each state of the run at hand
   std::size_t open_ = 0;            ///< of them: not judged so far
+  bool has_truth_ = false;          ///< the run at hand
 };
 
 }  // namespace credence::internal

@@ -217,6 +217,7 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
   result.distance = distance_bins(runs, states, confidence);
   CalibrationSum all;
   for (const CalibrationRun& run : runs) all.merge(run.whole);
+  result.rows = all.rows;
   result.bins = sigma_bins(all, units, confidence);
   result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence, states)};
   result.with_factor = held_out(units, states, false, confidence);

@@ -83,6 +83,7 @@ struct DistanceBin {
 struct Calibration {
   std::string units;  ///< "runs", "stretches", or "" where neither will do
   std::int64_t unit_count = 0;
+  std::int64_t rows = 0;       ///< looked at: those with all states
   std::vector<SigmaBin> bins;  ///< by state, then σ
   PartFactor whole;
   std::vector<PartFactor> parts;  ///< none where the state is one part

@@ -23,6 +23,8 @@ namespace {
 // A step beyond this is a mistake, and would ask for gigabytes; and so is one far beyond the rows there are.
 constexpr std::int64_t kLargestStep = 10'000'000;
 constexpr std::int64_t kLargestGap = 100'000, kLargestStepsPerRow = 100;
+// A time in s beyond this is in nanoseconds, as of 1970.
+constexpr double kNanoseconds = 1e16;
 // How far the two triangles of a full covariance may differ, in units of the standard deviations.
 constexpr double kAsymmetry = 1e-6;
 
@@ -126,7 +128,8 @@ void FilterLogReader::check_order() {
     run_ = run;
   }
   if (header_.time >= 0) {
-    const double time = field(header_.time, "time");
+    double time = field(header_.time, "time");
+    if (time > kNanoseconds) time *= 1e-9;
     if (!run_began_ && !(time > time_)) {
       lines_.fail(
           fmt::format("time {} does not increase: the row before has {}; a run that begins anew is told "

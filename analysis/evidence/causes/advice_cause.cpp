@@ -60,6 +60,7 @@ bool takes_the_rest_for_granted(Cause cause) {
     case Cause::measurement_noise_too_large:
     case Cause::process_or_measurement_noise:
     case Cause::linearisation:
+    case Cause::linearisation_or_bias:
     case Cause::process_noise_or_linearisation:
     case Cause::wrong_dof:
     case Cause::covariance_scale: return true;
@@ -102,6 +103,10 @@ std::string_view to_string(Cause cause) {
     case Cause::linearisation:
       return "the filter's linearisation at its own estimates, which makes unobservable directions look "
              "observable";
+    case Cause::linearisation_or_bias:
+      return "the filter's linearisation at its own estimates, or a bias, of a sensor, a lever arm or the "
+             "model; "
+             "one run cannot tell which";
     case Cause::process_noise_or_linearisation:
       return "process noise Q assumed too small, or the linearisation of the motion";
     case Cause::covariance_scale: return "the scale of the covariance";

@@ -33,6 +33,7 @@ enum class Cause {
   heavy_tails,                     ///< the covariance is right, the law is not Gaussian
   wrong_dof,                       ///< the spread of NEES is that of another number of dof
   linearisation,                   ///< a nonlinear filter gains information that is not there
+  linearisation_or_bias,           ///< a single run, in which a bias cannot be told from an error that stays
   process_noise_or_linearisation,  ///< steps without an innovation make the errors too large for P
   covariance_scale,                ///< P is wrong by a factor, and nothing tells why
   inflation,                       ///< the filter inflates its covariance on purpose

@@ -136,9 +136,10 @@ Causes find_noise_beside_bias(const Findings& findings);
 
 /// A nonlinear filter whose NEES is too large while its innovations fit. Jacobians at changing estimates make
 /// directions seem observable that are not: P shrinks there, which no innovation can show (theory, section 5,
-/// rank O at the estimates). Names the linearisation; Q or the linearisation where the innovations are too
-/// large as well, by less than a tenth of what NEES is, where NEES grows over the steps without an innovation
-/// and not over the others (Student's t over the runs), or where the lags tell a gain that is too small.
+/// rank O at the estimates). Names the linearisation, of a single run or a bias; Q or the linearisation where
+/// the innovations are too large as well, by less than a tenth of what NEES is, where NEES grows over the
+/// steps without an innovation and not over the others (Student's t over the runs), or where the lags tell a
+/// gain that is too small.
 Causes find_linearisation(const Findings& findings);
 
 }  // namespace credence::internal

@@ -41,7 +41,10 @@ Causes find_linearisation(const Findings& findings) {
     return {{Cause::process_noise_or_linearisation,
              why + ", and the innovations are correlated as those of a gain that is too small"}};
   }
-  return {{moved ? Cause::process_noise_or_linearisation : Cause::linearisation, why}};
+  return {{moved                           ? Cause::process_noise_or_linearisation
+           : findings.error_mean_runs == 1 ? Cause::linearisation_or_bias
+                                           : Cause::linearisation,
+           why}};
 }
 
 }  // namespace credence::internal

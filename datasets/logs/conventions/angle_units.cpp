@@ -70,6 +70,7 @@ void AngleUnits::add(const Step& step) {
     if (!(variance > 0.0)) continue;
     const double square = error * error / variance;
     state.normalised += square;
+    state.sigma += std::sqrt(variance);
     state.largest = std::max(state.largest, square);
     ++state.count;
   }
@@ -97,6 +98,23 @@ std::string AngleUnits::wrap_text(std::size_t i) const {
       "is wrapped (in a CSV {}:angle){}.",
       name, degrees ? "360" : "2π", degrees ? " in degrees" : "", name,
       degrees ? ", and written in radians" : "");
+}
+
+// Where estimate, truth and P are all in degrees, e²/P is right, but for what is lost when an error is
+// wrapped.
+std::string AngleUnits::all_in_degrees_text(std::size_t i) const {
+  constexpr double kWide = std::numbers::pi / 3.0;  // a σ that leaves an angle unknown
+  const State& state = states_[i];
+  if (!layout_.angles[i] || state.estimates == 0 ||
+      state.count < static_cast<std::int64_t>(kFewestForReading))
+    return {};
+  const double sigma = state.sigma / static_cast<double>(state.count);
+  if (!(std::max(-state.least, state.most) > kRadiansOfTurn && sigma > kWide)) return {};
+  return fmt::format(
+      "{} is perhaps in degrees, estimate, truth and P, where radians are expected: its estimates go to "
+      "{:.3g}, "
+      "beyond a turn, and its σ is {:.3g} on average, which leaves an angle unknown.",
+      layout_.states[i], -state.least > state.most ? state.least : state.most, sigma);
 }
 
 AngleUnits::InDegrees AngleUnits::in_degrees(std::size_t i) const {
@@ -150,6 +168,10 @@ std::string AngleUnits::likely_text() const {
 void AngleUnits::finish() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     if (std::string text = wrap_text(i); !text.empty()) return ForwardingSink::mistake(std::move(text));
+  }
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (std::string text = all_in_degrees_text(i); !text.empty())
+      return ForwardingSink::hint(std::move(text));
   }
   if (!of_all_states_.empty()) return ForwardingSink::hint(std::move(of_all_states_));
   if (std::string text = likely_text(); !text.empty()) return ForwardingSink::hint(std::move(text));

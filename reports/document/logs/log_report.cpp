@@ -81,6 +81,7 @@ bool told_by_errors(Cause cause) {
                                Cause::wrong_dof,
                                Cause::wide_angle,
                                Cause::linearisation,
+                               Cause::linearisation_or_bias,
                                Cause::process_noise_or_linearisation,
                                Cause::initial_covariance_or_process_noise};
   return std::ranges::find(kCauses, cause) != std::end(kCauses);
@@ -110,7 +111,15 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 
 std::vector<std::string> CheckedLogs::factor_sentences() const {
   const LostRuns& lost = analysis.judgement.lost;
-  if (lost.runs.empty()) return calibration_sentences(calibration);
+  if (lost.runs.empty()) {
+    std::vector<std::string> sentences = calibration_sentences(calibration);
+    const std::int64_t rows = analysis.evidence.whole_runs.nees_values.count;
+    if (!calibration.parts.empty() && calibration.rows < rows) {
+      sentences.push_back(fmt::format("These factors are of the {} rows that have all states, of {}.",
+                                      calibration.rows, rows));
+    }
+    return sentences;
+  }
   const bool named = units.units == "runs" && std::ssize(units.names) == analysis.evidence.study.runs;
   std::string names;
   for (const LostRun& run : lost.runs) {

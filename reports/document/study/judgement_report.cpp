@@ -265,7 +265,7 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   if (wrong && b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
     sentences.push_back(fmt::format(
-        "Most of the inconsistency is in the block “{}”, which is {}: mean NEES {} where {} is expected.",
+        "The inconsistency is clearest in the block “{}”, which is {}: mean NEES {} where {} is expected.",
         block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
         number_text(block.verdict.expected, 4)));
   } else if (wrong && b.responsible.joint_only) {
@@ -289,8 +289,10 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   if (is_inconsistent(b.nis.verdict) && of_S.reason.empty() && (of_S.lower > 1.0 || of_S.upper < 1.0)) {
     std::string sentence = fmt::format("Scaling S by {} would make the mean NIS right", factor_text(of_S));
     if (b.scale_measurement_noise.reason.empty()) {
-      sentence += fmt::format("; so would scaling R alone by {}, to first order",
-                              factor_text(b.scale_measurement_noise));
+      sentence += fmt::format(
+          "; so would scaling R alone by {}, if the rest of S stayed: where a larger R makes P larger it "
+          "overshoots",
+          factor_text(b.scale_measurement_noise));
     }
     sentences.push_back(sentence + ".");
   }

@@ -237,6 +237,16 @@ TEST_F(FilterLog, AnAsymmetricCovarianceIsAProblemOfTheRow) {
   EXPECT_EQ(rows.at(1).problem, "a covariance is not symmetric");
 }
 
+TEST_F(FilterLog, TimesBeyondTenToTheSixteenAreNanoseconds) {
+  FilterLogReader reader(
+      write("time,innovation.1,S.1.1\n1700000000100000000,1,1\n1700000000350000000,1,1\n"));
+  Step row;
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_NEAR(reader.time_s(), 1700000000.10, 1e-6);
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_NEAR(reader.time_s(), 1700000000.35, 1e-6);
+}
+
 TEST_F(FilterLog, NanIsABlankAsProgramsWriteIt) {
   const std::vector<Step> blank = read(kHeader + "1,2,3,,,4,0,9,0,2\n2,2,3,2,3,4,0,9,,\n");
   for (const char* word : {"nan", "NaN", "-nan", "NAN", " nan"}) {

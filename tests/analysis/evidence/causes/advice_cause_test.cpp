@@ -212,6 +212,9 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
   findings.nonlinear = true;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.error_mean.reset();
+  findings.error_mean_runs = 1;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation_or_bias});
 }
 
 // A component of its own: R of it, but for lags that tell Q, and the unit that makes such a factor.

@@ -142,6 +142,17 @@ std::string said_of_fifteen(const std::function<void(Step&)>& write) {
   return judged.said();
 }
 
+TEST(AngleUnits, DegreesInEstimateTruthAndPAreLikelyWhereTheyLeaveAnAngleUnknown) {
+  TurningRun run{
+      .turn = 0.005, .noise = 0.05, .write = [](double heading) { return heading / kRadiansPerDegree; }};
+  run.P_scale = 1.0 / kRadiansPerDegree;
+  EXPECT_THAT(run.said(), HasSubstr("heading is perhaps in degrees, estimate, truth and P, where radians"));
+  run.noise = 0.015;  // 0.86° as 0.86 rad: an angle may be known so
+  EXPECT_THAT(run.said(), IsEmpty());
+  const TurningRun turning{.turn = 0.05, .noise = 0.5, .write = [](double heading) { return heading; }};
+  EXPECT_THAT(turning.said(), IsEmpty()) << "turns that are counted on";
+}
+
 TEST(AngleUnits, DegreesInARotationVectorThatIsNotSaidToBeOneAreLikely) {
   const auto P_of_attitude = [](double factor) {
     return [=](Step& step) { step.P.block<3, 3>(6, 6) *= factor; };

@@ -101,7 +101,7 @@ TEST(AdviceSentences, TheBlockResponsibleIsNamedWithItsNumbers) {
   EXPECT_THAT(
       advice_sentences(judgement),
       ElementsAre(
-          "Most of the inconsistency is in the block “heading”, which is optimistic: mean NEES 3.250 where "
+          "The inconsistency is clearest in the block “heading”, which is optimistic: mean NEES 3.250 where "
           "1.000 is expected."));
   judgement.responsible.index = -1;
   judgement.responsible.joint_only = true;
