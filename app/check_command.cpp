@@ -101,21 +101,12 @@ int list(const CheckArguments& o, std::optional<StandardInputFile>& input) {
 
 CheckedLogs judge(const CheckArguments& options, const std::vector<fs::path>& files) {
   constexpr std::int64_t kMegabyte = 1'000'000;
-  StudyProgress progress;
-  for (const fs::path& file : files) {
-    std::error_code error;
-    const auto size = fs::file_size(file, error);
-    if (!error) progress.runs_total += static_cast<std::int64_t>(size);
-  }
-  progress.runs_total = progress.runs_total / kMegabyte + 1;
   ProgressDisplay display("check", options.quiet, "MB");
-  CheckWatch watch;
-  watch.keep_first_run = !options.out.empty();
-  watch.progress = [&](std::int64_t bytes) {
-    progress.runs_done = bytes / kMegabyte;
-    display.show(progress);
+  CheckOptions how = options_of(options);
+  how.progress = [&](std::int64_t bytes, std::int64_t all) {
+    display.show({.runs_done = bytes / kMegabyte, .runs_total = all / kMegabyte + 1});
   };
-  return checked_logs(files, options_of(options), watch);
+  return checked_logs(files, how, !options.out.empty());
 }
 
 /// Runs of two filters have no verdict in common: that several logs are of one filter, the user must say. A

@@ -9,7 +9,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/standard_input.h"
-#include "app/stored_study.h"
+#include "app/study_runner.h"
 #include "app/tell.h"
 #include "reports/document/study/comparison_report.h"
 

@@ -8,7 +8,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
-#include "app/stored_study.h"
+#include "app/study_runner.h"
 #include "app/tell.h"
 #include "reports/document/report_index.h"
 #include "reports/document/study/study_json.h"
@@ -31,7 +31,7 @@ std::string progress_sentence(const StoredStudy& study) {
   return text + fmt::format("; made by version {}.", study.tool_version);
 }
 
-SweepAnalysis analyse_stored_sweep(StoredStudy& study) {
+SweepAnalysis analyse_stored_sweep(const StoredStudy& study) {
   std::vector<StudyAnalysis> analyses = analyse(study);
   return analyse_sweep(study.plan, std::move(analyses));
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
 #include <stdexcept>
 
 #include "app/interrupt.h"
@@ -12,7 +11,6 @@
 #include "core/simd/cpu_dispatch.h"
 #include "core/version.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/registry.h"
 
 namespace credence::internal {
 
@@ -45,29 +43,7 @@ void say_if_slow(const CommonOptions& options) {
       "machine may have been given a model that hides them");
 }
 
-std::vector<PlayedStudy> play(std::span<const Configuration> configurations, const EngineOptions& engine) {
-  std::vector<StudyToPlay> studies;
-  for (const Configuration& c : configurations) {
-    studies.push_back({c.id, &c.scenario, c.experiment.get(), c.evidence.get()});
-  }
-  return play_studies(studies, engine);
-}
-
 }  // namespace
-
-Configuration make_configuration(const Scenario& scenario) {
-  return {.id = configuration_id(scenario), .scenario = scenario, .experiment = make_experiment(scenario)};
-}
-
-void take_evidence(Configuration& c) {
-  const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
-  c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
-}
-
-StudyAnalysis analyse(const Configuration& configuration, PlayedStudy result) {
-  return analyse_study(configuration.scenario, *configuration.experiment, std::move(result.result),
-                       result.stop);
-}
 
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options) {
   ProgressDisplay display(configuration.scenario.name + ", further tests", options.quiet);
@@ -75,12 +51,15 @@ void explain(StudyAnalysis& analysis, const Configuration& configuration, const 
   engine.threads = options.threads;
   engine.stop = &catch_interrupt();
   engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
-  if (configuration.evidence) {
-    add_judgement(analysis, *configuration.evidence, engine);
-  } else {
-    add_judgement(analysis, *configuration.experiment, engine);
-  }
-  add_posterior_bound(analysis, engine);
+  explain(analysis, configuration, engine);
+}
+
+std::optional<StudyAnalysis> judge(const StoredStudy& study, const CommonOptions& options) {
+  std::vector<StudyAnalysis> analyses = analyse(study);
+  if (analyses.empty()) return std::nullopt;
+  explain(analyses.front(), study.configurations.front(), options);
+  if (!analyses.front().judgement) return std::nullopt;
+  return std::move(analyses.front());
 }
 
 std::vector<PlayedStudy> run_configurations(std::span<const Configuration> configurations,
@@ -108,11 +87,6 @@ std::vector<PlayedStudy> run_configurations(std::span<const Configuration> confi
   engine.shards = shard.of;
   engine.ranks = launched_ranks();
   return play(configurations, engine);
-}
-
-std::vector<PlayedStudy> stored_results(std::span<const Configuration> configurations, ResultStore& store) {
-  static constexpr std::atomic<bool> kNothingNew{true};
-  return play(configurations, {.threads = 1, .stop = &kNothingNew, .store = &store});
 }
 
 int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options) {

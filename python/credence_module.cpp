@@ -11,6 +11,7 @@
 #include <exception>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -118,15 +119,16 @@ class Collector {
       failed.steps = std::min(failed.steps, step - 1);
       failures_said_.emplace(arrays.first_run + run, said);
     }
-    evidence_.merge(interruptible(
-        [&](const auto& stop) { return add_arrays(arrays, threads, &stop, &calibration_, &judged_); }));
+    evidence_.merge(interruptible([&](const auto& stop, const auto&) {
+      return add_arrays(arrays, threads, &stop, &calibration_, &judged_);
+    }));
   }
 
   /// Looks for mistakes of units in the runs that are added next, to tell of them.
   void look(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing) {
     ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
     for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
-    mistakes_ = interruptible([&](const auto& stop) {
+    mistakes_ = interruptible([&](const auto& stop, const auto&) {
       const StopScope scope(&stop);
       try {
         return array_mistakes(arrays);
@@ -264,6 +266,28 @@ py::array_t<double> normals_of_four_steps(const NoiseSource& source, std::int64_
   return result;
 }
 
+JudgeProgress telling(std::shared_ptr<WorkDone> work) {
+  return [work = std::move(work)](std::int64_t done, std::int64_t total) {
+    work->tell(static_cast<double>(done), static_cast<double>(total));
+  };
+}
+
+/// play(options), interruptible.
+template <class Play>
+Told played(int threads, const PythonProgress& progress, const Play& play) {
+  return interruptible(
+      [&](const std::atomic<bool>& stop, const std::shared_ptr<WorkDone>& done) {
+        return play(PlayOptions{.threads = threads, .stop = &stop, .progress = telling(done)});
+      },
+      progress);
+}
+
+/// Of a text, or else of a file.
+Scenario scenario_of(const std::string& file, const std::optional<std::string>& text,
+                     const std::vector<std::string>& overrides) {
+  return text ? load_scenario_text(*text, file, overrides) : open_one_scenario(file, overrides);
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_credence, m) {
@@ -356,7 +380,7 @@ PYBIND11_MODULE(_credence, m) {
   m.def("check_logs", [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
                          const std::string& align,
                          const std::optional<std::variant<double, std::string>>& time_offset,
-                         const std::vector<double>& lever_arm) {
+                         const std::vector<double>& lever_arm, const PythonProgress& progress) {
     TrajectoryMatching& matching = options.reading.matching;
     if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
     matching.alignment = truth_alignment_named(align);
@@ -368,39 +392,38 @@ PYBIND11_MODULE(_credence, m) {
         matching.time_offset_s = std::get<double>(*time_offset);
       }
     }
-    return interruptible([&](const std::atomic<bool>& stop) {
-      options.stop = &stop;
-      return tell(check_logs(logs, options));
-    });
+    return interruptible(
+        [&](const std::atomic<bool>& stop, const std::shared_ptr<WorkDone>& done) {
+          options.stop = &stop;
+          options.progress = telling(done);
+          return tell(check_logs(logs, options));
+        },
+        progress);
   });
   m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
                           const std::vector<std::string>& overrides) {
-    return noise_group(text ? load_scenario_text(*text, file, overrides)
-                            : open_one_scenario(file, overrides));
+    return noise_group(scenario_of(file, text, overrides));
   });
   m.def("sweep", [](const std::string& file, const std::optional<std::string>& text,
-                    const std::vector<std::string>& overrides, int threads) {
+                    const std::vector<std::string>& overrides, int threads, const PythonProgress& progress) {
     const ScenarioDocument document =
         text ? read_scenario_text(*text, file, overrides) : open_scenario(file, overrides);
-    return interruptible([&](const std::atomic<bool>& stop) { return run_sweep(document, threads, stop); });
+    return played(threads, progress, [&](const PlayOptions& how) { return run_sweep(document, how); });
   });
   m.def("load", [](const std::filesystem::path& directory, int threads) {
-    return interruptible(
-        [&](const std::atomic<bool>& stop) { return load_stored(directory, threads, stop); });
+    return played(threads, std::nullopt, [&](const PlayOptions& how) { return load_stored(directory, how); });
   });
   m.def("tune", [](const std::string& file, const std::optional<std::string>& text,
-                   const std::vector<std::string>& overrides, const std::string& free, int threads) {
-    const Scenario scenario =
-        text ? load_scenario_text(*text, file, overrides) : open_one_scenario(file, overrides);
-    return interruptible([&](const std::atomic<bool>& stop) { return tune(scenario, free, threads, stop); });
+                   const std::vector<std::string>& overrides, const std::string& free, int threads,
+                   const PythonProgress& progress) {
+    const Scenario scenario = scenario_of(file, text, overrides);
+    return played(threads, progress, [&](const PlayOptions& how) { return tune(scenario, free, how); });
   });
   m.def("tune_filter", &tune_filter);
   m.def("run", [](const std::string& file, const std::optional<std::string>& text,
-                  const std::vector<std::string>& overrides, int threads) {
-    const Scenario scenario =
-        text ? load_scenario_text(*text, file, overrides) : open_one_scenario(file, overrides);
-    return interruptible(
-        [&](const std::atomic<bool>& stop) { return run_scenario(scenario, threads, stop); });
+                  const std::vector<std::string>& overrides, int threads, const PythonProgress& progress) {
+    const Scenario scenario = scenario_of(file, text, overrides);
+    return played(threads, progress, [&](const PlayOptions& how) { return run_scenario(scenario, how); });
   });
 }
 

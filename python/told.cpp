@@ -1,23 +1,19 @@
 #include "python/told.h"
 
-#include <memory>
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "analysis/evidence/study_analysis.h"
-#include "analysis/evidence/sums/play_studies.h"
+#include "analysis/evidence/configuration.h"
+#include "analysis/evidence/stored_study.h"
 #include "analysis/evidence/sweep_analysis.h"
 #include "analysis/tuning/tune_scenario.h"
 #include "core/nan.h"
-#include "montecarlo/engine/experiment.h"
-#include "montecarlo/engine/result_store.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/scenario/sweep_plan.h"
-#include "montecarlo/worlds/registry.h"
-#include "reports/document/judge/judge_scenario.h"
 #include "reports/document/judge/judged.h"
 #include "reports/document/sweep/sweep_report.h"
 #include "reports/document/tuning/tune_report.h"
@@ -25,33 +21,12 @@
 namespace credence::internal {
 namespace {
 
-EngineOptions engine_options(int threads, const std::atomic<bool>& stop) {
-  EngineOptions options;
-  options.threads = threads;
-  options.stop = &stop;
-  return options;
-}
-
-Told told_sweep(SweepPlan plan, const EngineOptions& options) {
-  std::vector<std::unique_ptr<const Experiment>> experiments;
-  std::vector<StudyToPlay> studies;
-  for (const SweepPoint& point : plan.points) {
-    experiments.push_back(make_experiment(point.scenario));
-    studies.push_back({configuration_id(point.scenario), &point.scenario, experiments.back().get()});
-  }
-  std::vector<StudyAnalysis> analyses;
-  std::vector<PlayedStudy> results = play_studies(studies, options);
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (results[i].result.statistics.runs == 0) continue;
-    analyses.push_back(
-        analyse_study(*studies[i].scenario, *experiments[i], std::move(results[i].result), results[i].stop));
-  }
-  SweepAnalysis analysis = analyse_sweep(std::move(plan), std::move(analyses));
-  const bool complete = analysis.studies.size() == experiments.size();
+Told told_sweep(SweepPlan plan, std::vector<StudyAnalysis> analyses) {
+  const bool complete = analyses.size() == plan.points.size();
   return {.p_value = kNaN,
           .complete = complete,
           .is_sweep = true,
-          .document = sweep_document(std::move(analysis))};
+          .document = sweep_document(analyse_sweep(std::move(plan), std::move(analyses)))};
 }
 
 }  // namespace
@@ -64,34 +39,42 @@ Told tell(const JudgedFilter& filter) {
           .document = filter.judged().document};
 }
 
-Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop) {
-  return tell(judge_scenario(scenario, {.threads = threads, .stop = &stop}));
+Told run_scenario(const Scenario& scenario, const PlayOptions& options) {
+  return tell(judge_scenario(scenario, options));
 }
 
-Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop) {
-  return told_sweep(plan_sweep(document), engine_options(threads, stop));
+Told run_sweep(const ScenarioDocument& document, const PlayOptions& options) {
+  SweepPlan plan = plan_sweep(document);
+  std::vector<Configuration> configurations;
+  for (const SweepPoint& point : plan.points) configurations.push_back(make_configuration(point.scenario));
+  std::vector<PlayedStudy> played =
+      play(configurations, engine_options(options.threads, options.stop, options.progress));
+  return told_sweep(std::move(plan), analyses_of(configurations, std::move(played)));
 }
 
-Told load_stored(const std::filesystem::path& directory, int threads, const std::atomic<bool>& stop) {
-  static constexpr std::atomic<bool> kNothingNew{true};
-  ResultStore store = ResultStore::open_to_read(directory);
-  SweepPlan plan = plan_sweep(read_scenario_text(store.scenario(), directory.string()));
-  if (std::string name = store.name(); !name.empty()) plan.name = std::move(name);
-  for (SweepPoint& point : plan.points) point.scenario.name = plan.name;
-  EngineOptions stored = engine_options(threads, kNothingNew);
-  stored.store = &store;
-  if (!plan.axes.empty()) return told_sweep(std::move(plan), stored);
-  if (store.chunks(configuration_id(plan.points.front().scenario)).empty()) {
-    throw StoreError(directory.string() + ": no runs are stored yet");
+Told load_stored(const std::filesystem::path& directory, const PlayOptions& options) {
+  StoredStudy study = read_study(directory);
+  if (study.is_sweep()) {
+    std::vector<StudyAnalysis> analyses = analyse(study);
+    return told_sweep(std::move(study.plan), std::move(analyses));
   }
-  return tell(judge_study(plan.points.front().scenario, stored, engine_options(threads, stop)));
+  if (study.runs() == 0) throw StoreError(directory.string() + ": no runs are stored yet");
+  return tell(judge_played(study.configurations.front(), std::move(study.results.front()),
+                           engine_options(options.threads, options.stop, options.progress)));
 }
 
-Told tune(const Scenario& scenario, const std::string& free, int threads, const std::atomic<bool>& stop) {
+Told tune(const Scenario& scenario, const std::string& free, const PlayOptions& options) {
+  const EngineOptions fresh = engine_options(options.threads, options.stop, options.progress);
   TuneRequest request;
   request.free = parse_free_noise(free);
-  request.threads = threads;
-  request.stop = &stop;
+  request.threads = fresh.threads;
+  request.stop = fresh.stop;
+  request.progress = fresh.progress;
+  if (options.progress) {
+    request.watch = [progress = options.progress](double plays) {
+      progress(static_cast<std::int64_t>(plays), 0);
+    };
+  }
   std::optional<ScenarioTuning> tuned = tune_scenario(scenario, request);
   if (!tuned) throw std::runtime_error("interrupted before the tuning was done");
   tuned->score->forget_stop();  // the document's figures ask it for more, long after this call

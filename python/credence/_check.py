@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
 from . import _credence
 from ._arrays import float_array, following, indices, leading, require_distinct, require_text, state_names
 from ._result import Result
+
+Progress = Callable[[float, float], Any]
+"""Told (done, total) every so often."""
 
 
 def _by_sensor(value: Any) -> dict[str, Any]:

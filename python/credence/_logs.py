@@ -7,7 +7,7 @@ from typing import Optional, Sequence, Union
 
 from . import _credence
 from ._arrays import require_text, system_path
-from ._check import require_confidence, require_threads
+from ._check import Progress, require_confidence, require_threads
 from ._messages import names_arguments
 from ._result import Result
 
@@ -39,6 +39,7 @@ def check_logs(
     sensitivity: bool = False,
     threads: int = 0,
     name: str = "",
+    progress: Optional[Progress] = None,
 ) -> Result:
     """Judges the logs of one filter, as ``credence check --pool`` does: bags, flight logs, arrays, trajectories, CSV.
 
@@ -56,6 +57,7 @@ def check_logs(
     partial: of a file that is cut off, judge what comes before.
     within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
     confidence, sensitivity, threads, name: as in ``check``.
+    progress: progress(done, total) is called every so often, with bytes; an exception ends the work.
 
     Raises DataError, a ValueError, for a file that cannot be read, naming its line, and for a run that is there twice;
     ValueError for options that do not fit the files.
@@ -82,4 +84,4 @@ def check_logs(
         sensitivity,
         threads,
     )
-    return Result(_credence.check_logs(files, options, chart, align, time_offset, [float(x) for x in lever_arm]))
+    return Result(_credence.check_logs(files, options, chart, align, time_offset, [float(x) for x in lever_arm], progress))

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import system_path
-from ._check import require_threads
+from ._check import Progress, require_threads
 from ._messages import names_arguments
 from ._result import Result
 
@@ -71,18 +71,20 @@ def run(
     steps: Optional[int] = None,
     seed: Optional[int] = None,
     threads: int = 0,
+    progress: Optional[Progress] = None,
     **overrides: Any,
 ) -> Result:
     """Monte Carlo of one configuration, with the bits of ``credence run``.
 
     scenario: the path of a scenario file, the name of one that comes with the module (``credence list``), its text in
         TOML (with a line break), or a dict of its sections (docs/scenario.md).
+    progress: progress(done, total) is called every so often, with runs; an exception ends the work.
     overrides: any setting by its name: ``run(file, **{"filter.process_scale": 1.2})``.
 
     Raises ValueError for a scenario that is not accepted, naming the key.
     """
     require_threads(threads)
-    return Result(_credence.run(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads))
+    return Result(_credence.run(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads, progress))
 
 
 class Sweep:
@@ -152,6 +154,7 @@ def sweep(
     steps: Optional[int] = None,
     seed: Optional[int] = None,
     threads: int = 0,
+    progress: Optional[Progress] = None,
     **overrides: Any,
 ) -> Sweep:
     """Monte Carlo of all configurations of a [sweep] table, with the bits of ``credence sweep``.
@@ -159,7 +162,7 @@ def sweep(
     Arguments are those of ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
     """
     require_threads(threads)
-    return Sweep(_credence.sweep(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads))
+    return Sweep(_credence.sweep(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads, progress))
 
 
 @names_arguments

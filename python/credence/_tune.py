@@ -11,7 +11,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _credence
-from ._check import require_threads
+from ._check import Progress, require_threads
 from ._messages import names_arguments
 from ._result import Verdict
 from ._run import Scenario, _read
@@ -102,6 +102,7 @@ def tune(
     steps: Optional[int] = None,
     seed: Optional[int] = None,
     threads: int = 0,
+    progress: Optional[Progress] = None,
     **overrides: Any,
 ) -> Tuning:
     """The noise with which the innovations of a scenario's runs score highest, with the bits of ``credence tune``.
@@ -109,6 +110,8 @@ def tune(
     scenario, overrides: as in ``run``.
     free: "Q", "R", "P0" for one factor each, "diag(Q)" for every variance, "full(Q)" for every element; separated by
         commas.
+    progress: progress(done, total) is called every so often: of the search with how often the runs were played and
+        total = 0, as nobody knows it, then with runs of fresh noise; an exception ends the work.
 
     Raises ValueError for a scenario, or something to tune, that is not accepted.
     """
@@ -116,4 +119,4 @@ def tune(
         if value is not None:
             overrides[f"study.{key}"] = value
     require_threads(threads)
-    return Tuning(_credence.tune(*_read(scenario, overrides), free, threads))
+    return Tuning(_credence.tune(*_read(scenario, overrides), free, threads, progress))

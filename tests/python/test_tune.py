@@ -1,7 +1,9 @@
 import json
 import math
 import os
+import signal
 import subprocess
+import sys
 
 import credence
 import pytest
@@ -41,3 +43,32 @@ def test_what_cannot_be_told_is_no_number():
 def test_what_is_not_accepted_is_named():
     with pytest.raises(ValueError, match="nothing to tune"):
         credence.tune(LEVEL, free="S")
+
+
+def test_a_tuning_tells_how_far_it_is():
+    told = []
+    credence.tune(LEVEL, threads=1, runs=400, progress=lambda done, total: told.append((done, total)))
+    assert told and told[-1] == (800, 800), "the runs of two studies with fresh noise"
+    assert all(total in (0, 800) for _, total in told)
+
+
+def test_what_progress_raises_ends_the_tuning():
+    def enough(done, total):
+        raise RuntimeError(f"enough of {total}")
+
+    with pytest.raises(RuntimeError, match="enough of 0"):
+        credence.tune(LEVEL, runs=20000, steps=400, progress=enough)
+
+
+def test_an_interruption_ends_a_tuning():
+    # A tuning of a minute or more; its first plays are told.
+    code = (
+        "import credence\n"
+        f"credence.tune({LEVEL!r}, runs=50000, steps=400, progress=lambda done, total: print('playing', flush=True))\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "playing\n"
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate()
+    assert said.rstrip().endswith("KeyboardInterrupt")
+    assert child.returncode == -signal.SIGINT

@@ -108,6 +108,13 @@ std::optional<Evidence> EvidenceCollector::take(std::int64_t runs, const EngineO
   return all;
 }
 
+std::int64_t EvidenceCollector::first_runs() const {
+  const std::lock_guard lock(mutex_);
+  std::int64_t runs = 0;
+  while (chunks_.contains({runs, kChunkRuns})) runs += kChunkRuns;
+  return runs;
+}
+
 bool EvidenceCollector::has(const ChunkRuns& chunk) {
   const std::lock_guard lock(mutex_);
   return chunks_.contains(chunk);

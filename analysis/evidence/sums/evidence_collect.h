@@ -43,6 +43,9 @@ class EvidenceCollector {
   /// the evidence of some of the runs would not be the same twice.
   std::optional<Evidence> take(std::int64_t runs, const EngineOptions& options = {});
 
+  /// So many first runs, of whole chunks, are there.
+  std::int64_t first_runs() const;
+
  private:
   using ChunkRuns = std::pair<std::int64_t, std::int64_t>;  ///< the first run, and how many
 
@@ -51,7 +54,7 @@ class EvidenceCollector {
 
   const Experiment& experiment_;
   std::int64_t most_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::map<ChunkRuns, Evidence> chunks_;
 };
 

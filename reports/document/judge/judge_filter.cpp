@@ -19,15 +19,22 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
     throw std::invalid_argument(
         fmt::format("{} runs of {} steps: expected at least 1", options.runs, options.steps));
   }
-  EngineOptions engine;
-  engine.threads = options.threads;
-  std::optional<Evidence> evidence = collect_evidence(experiment, options.runs, engine);
+  const EngineOptions engine = engine_options(options.threads, options.stop, options.progress);
+  EvidenceCollector collector(experiment, options.runs);
+  std::optional<Evidence> evidence = collector.take(options.runs, engine);
+  const bool complete = evidence.has_value();
+  if (!complete) evidence = collector.take(collector.first_runs());
+  if (evidence.value().study.runs == 0) {
+    throw std::runtime_error("interrupted before the first runs were done");
+  }
   if (options.inflated) evidence.value().layout.inflated = true;
   CheckedLogs logs;
   logs.name = options.name;
   logs.format = fmt::format("simulated, {} steps, seed {}", options.steps, options.seed);
   logs.analysis = analyse_logs(std::move(evidence).value(),
                                {.confidence = options.confidence, .times = StepTimes::every(options.dt)});
+  logs.analysis.complete = complete;
+  if (!complete) return logs;
   for (const RunFailure& failure : logs.analysis.evidence.study.failures) {
     if (failure.outcome != Outcome::threw || !said) continue;
     logs.failures_said[failure.run] = fmt::format("seed {}: {}", options.seed, said(failure.run));
@@ -54,8 +61,8 @@ JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believ
   if (options.check_plug) require_sound(experiment.problems());
   CheckedLogs logs = played(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
   const bool plain = options.process_noise.is_plain() && options.measurement_noise.is_plain();
-  if (plain && options.measurement_delay == 0) {
-    LogAnalysis& a = logs.analysis;
+  LogAnalysis& a = logs.analysis;
+  if (a.complete && plain && options.measurement_delay == 0) {
     a.bound = posterior_bound(truth, options.plug());
     add_bound(*a.bound, a.evidence.study, 0, a.judgement.nees.confidence, a.judgement.accuracy);
   }

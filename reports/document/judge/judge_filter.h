@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
@@ -31,6 +32,9 @@ struct JudgeOptions {
   /// What makes the noise of the world other than a filter believes.
   NoiseShape process_noise{}, measurement_noise{};
   Index measurement_delay = 0;  ///< steps after which a measurement reaches the filter
+  /// Set, by another thread or a signal: what was played until then is judged.
+  const std::atomic<bool>* stop = nullptr;
+  JudgeProgress progress{};  ///< of the runs
 
   PlugSettings plug() const {
     return {.steps = steps,
@@ -58,7 +62,8 @@ JudgeOptions timed(JudgeOptions options, const World& world) {
 
 namespace credence {
 
-/// Judges an experiment by all of its runs. `said(run)` is asked what a filter that threw said.
+/// Judges an experiment by all of its runs. `said(run)` is asked what a filter that threw said. Throws
+/// std::runtime_error where it was stopped before the first runs were done.
 JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
                               const std::function<std::string(std::int64_t)>& said = {});
 

@@ -1,29 +1,33 @@
 #include "reports/document/judge/judge_scenario.h"
 
-#include <memory>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
-#include "analysis/evidence/study_analysis.h"
-#include "analysis/evidence/sums/play_studies.h"
-#include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/registry.h"
 #include "reports/document/judge/judged.h"
 
 namespace credence::internal {
 
-JudgedFilter judge_study(const Scenario& scenario, const EngineOptions& runs, const EngineOptions& further) {
-  const std::unique_ptr<const Experiment> experiment = make_experiment(scenario);
-  EvidenceCollector evidence(*experiment, evidence_runs(scenario, scenario.most_runs()));
-  const StudyToPlay study{configuration_id(scenario), &scenario, experiment.get(), &evidence};
-  PlayedStudy played = std::move(play_studies({&study, 1}, runs).front());
+JudgedFilter judge_played(const Configuration& configuration, PlayedStudy played,
+                          const EngineOptions& further) {
   if (played.result.statistics.runs == 0) {
     throw std::runtime_error("interrupted before the first runs were done");
   }
-  StudyAnalysis analysis = analyse_study(scenario, *experiment, std::move(played.result), played.stop);
-  add_judgement(analysis, evidence, further);
-  add_posterior_bound(analysis, further);
-  return JudgedFilter(judged_study({std::move(analysis), experiment->trace(0)}));
+  StudyAnalysis analysis = analyse(configuration, std::move(played));
+  explain(analysis, configuration, further);
+  return JudgedFilter(judged_study({std::move(analysis), configuration.experiment->trace(0)}));
+}
+
+EngineOptions engine_options(int threads, const std::atomic<bool>* stop, const JudgeProgress& progress) {
+  EngineOptions options;
+  options.threads = threads;
+  options.stop = stop;
+  if (progress) {
+    options.progress = [progress](const StudyProgress& p) {
+      progress(p.runs_stored + p.runs_done, p.runs_total);
+    };
+  }
+  return options;
 }
 
 }  // namespace credence::internal
@@ -33,10 +37,12 @@ namespace credence {
 using namespace internal;
 
 JudgedFilter judge_scenario(const Scenario& scenario, const PlayOptions& options) {
-  EngineOptions engine;
-  engine.threads = options.threads;
-  engine.stop = options.stop;
-  return judge_study(scenario, engine, engine);
+  Configuration configuration = make_configuration(scenario);
+  take_evidence(configuration);
+  std::vector<PlayedStudy> played =
+      play({&configuration, 1}, engine_options(options.threads, options.stop, options.progress));
+  return judge_played(configuration, std::move(played.front()),
+                      engine_options(options.threads, options.stop));
 }
 
 }  // namespace credence

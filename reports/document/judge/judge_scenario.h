@@ -11,6 +11,7 @@ namespace credence {
 struct PlayOptions {
   int threads = 0;                          ///< 0: one for each processor
   const std::atomic<bool>* stop = nullptr;  ///< set: what was played until then is judged
+  JudgeProgress progress{};                 ///< of the runs
 };
 
 /// Runs a scenario and judges its filter as `credence run` does.

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
+
+#include "analysis/evidence/configuration.h"
 #include "montecarlo/engine/engine.h"
-#include "montecarlo/scenario/scenario.h"
 #include "reports/document/document.h"
 #include "reports/document/judge/judged_filter.h"
 #include "reports/document/logs/log_report.h"
@@ -27,8 +29,12 @@ Judged judged_logs(CheckedLogs logs);
 /// Of a study of our own.
 Judged judged_study(ReportedStudy study);
 
-/// Judges a scenario by its runs, and by what explains them: the further tests and the bound on the errors,
-/// which `further` is for. Throws as judge_scenario.
-JudgedFilter judge_study(const Scenario& scenario, const EngineOptions& runs, const EngineOptions& further);
+/// Judges a configuration by the runs that were played of it, and by what explains them: the further tests
+/// and the bound on the errors, which `further` is for. Throws std::runtime_error where there are no runs.
+JudgedFilter judge_played(const Configuration& configuration, PlayedStudy played,
+                          const EngineOptions& further);
+
+/// How the engine is told of the options of a judgement.
+EngineOptions engine_options(int threads, const std::atomic<bool>* stop, const JudgeProgress& progress = {});
 
 }  // namespace credence::internal

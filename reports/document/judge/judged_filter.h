@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,10 @@ struct Judged;
 }  // namespace credence::internal
 
 namespace credence {
+
+/// Is told of how many runs, or bytes of logs, how many are done: by one thread at a time, and not for long,
+/// as others may wait for it.
+using JudgeProgress = std::function<void(std::int64_t done, std::int64_t total)>;
 
 /// A factor on a covariance with its interval; NaN, and a reason, where it is not known.
 struct Factor {

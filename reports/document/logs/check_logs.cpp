@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -124,6 +126,19 @@ std::shared_ptr<const TimeOffset> common_offset(std::span<const fs::path> files,
   return std::make_shared<const TimeOffset>(find_time_offset(poses, reading.matching, options.threads));
 }
 
+/// What tells of the bytes read that they are of these files.
+std::function<void(std::int64_t)> told_of_bytes(std::span<const fs::path> files,
+                                                const JudgeProgress& progress) {
+  if (!progress) return {};
+  std::int64_t all = 0;
+  for (const fs::path& file : files) {
+    std::error_code error;
+    const auto size = fs::file_size(file, error);
+    if (!error) all += static_cast<std::int64_t>(size);
+  }
+  return [&progress, all](std::int64_t bytes) { progress(bytes, all); };
+}
+
 }  // namespace
 
 Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
@@ -141,8 +156,7 @@ Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
   return formats;
 }
 
-CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options,
-                         const CheckWatch& watch) {
+CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options, bool keep_first_run) {
   const Formats formats = formats_of(files, options);
   LogReading reading{options.reading, {}, {}};
   reading.truth = TruthFiles(files, options.truths);
@@ -150,13 +164,13 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   RunErrors first_run;
   const auto read = [&](const fs::path& file, LogSink& sink) {
     FirstRunSink first(sink, first_run);
-    const bool kept = watch.keep_first_run && &file == &files.front();  // read by one thread, like every file
+    const bool kept = keep_first_run && &file == &files.front();  // read by one thread, like every file
     formats.at(file)->read(file, reading, kept ? static_cast<LogSink&>(first) : sink);
   };
   LogJudgeResult result = judge_logs(files, read,
                                      {.threads = options.threads,
                                       .stop = options.stop,
-                                      .progress = watch.progress,
+                                      .progress = told_of_bytes(files, options.progress),
                                       .partial = reading.partial});
   CheckedLogs logs;
   if (result.evidence.rows == 0 && !result.complete) {
@@ -191,7 +205,7 @@ using namespace internal;
 
 JudgedFilter check_logs(std::span<const std::string> logs, const CheckOptions& options) {
   if (logs.empty()) throw std::invalid_argument("check_logs: no logs were given");
-  CheckedLogs checked = checked_logs(log_files(logs), options, {.keep_first_run = true});
+  CheckedLogs checked = checked_logs(log_files(logs), options, true);
   if (checked.analysis.evidence.rows == 0 && !checked.analysis.complete) {
     throw std::runtime_error("interrupted before the first rows were judged");
   }

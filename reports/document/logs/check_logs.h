@@ -21,6 +21,7 @@ struct CheckOptions {
   bool sensitivity = false;  ///< judge without gross outliers too
   int threads = 0;           ///< 0: one for each processor; the bits do not depend on it
   const std::atomic<bool>* stop = nullptr;  ///< set: what was read until then is judged
+  JudgeProgress progress{};                 ///< of the bytes of all files
 };
 
 /// Judges logs of one filter, files or folders of them, as `credence check` does.

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <span>
 
@@ -12,19 +10,13 @@
 
 namespace credence::internal {
 
-/// What a command wants besides.
-struct CheckWatch {
-  std::function<void(std::int64_t bytes)> progress;  ///< bytes read so far, by one thread at a time
-  bool keep_first_run = false;                       ///< of the first file, for the page
-};
-
 /// The format of every file, by name or from how the file begins. Throws as check_logs.
 std::map<std::filesystem::path, const LogFormat*> formats_of(std::span<const std::filesystem::path> files,
                                                              const CheckOptions& options);
 
-/// Reads and judges these files; where it was stopped before the first rows, there is no evidence. Throws as
-/// check_logs.
+/// Reads and judges these files; where it was stopped before the first rows, there is no evidence.
+/// `keep_first_run`: of the first file, for the page. Throws as check_logs.
 CheckedLogs checked_logs(std::span<const std::filesystem::path> files, const CheckOptions& options,
-                         const CheckWatch& watch = {});
+                         bool keep_first_run);
 
 }  // namespace credence::internal

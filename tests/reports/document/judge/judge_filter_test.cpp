@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -104,6 +105,33 @@ TEST(JudgeFilter, TellsItAsTextJsonAndPage) {
   const TemporaryFolder folder;
   judged.write_report(folder / "out");
   EXPECT_THAT(folder.read("out/index.html"), HasSubstr("radar"));
+}
+
+TEST(JudgeFilter, TellsHowFarItIsAndIsStoppedOnTheWay) {
+  std::atomic<bool> stop{false};
+  std::vector<std::int64_t> told;
+  JudgeOptions options = kOptions;
+  options.threads = 1;
+  options.stop = &stop;
+  options.progress = [&](std::int64_t done, std::int64_t total) {
+    EXPECT_EQ(total, 300);
+    told.push_back(done);
+  };
+  EXPECT_TRUE(judge_model(radar(), radar(), options).complete());
+  EXPECT_EQ(told, (std::vector<std::int64_t>{64, 128, 192, 256, 300}));
+
+  options.progress = [&](std::int64_t done, std::int64_t) { stop = done >= 128; };
+  const JudgedFilter part = judge_model(radar(), radar(), options);
+  EXPECT_FALSE(part.complete());
+  options.runs = 128;
+  options.progress = {};
+  stop = false;
+  const auto of_part = nlohmann::json::parse(part.json());
+  const auto whole = nlohmann::json::parse(judge_model(radar(), radar(), options).json());
+  EXPECT_EQ(of_part["runs"], 128);
+  EXPECT_EQ(of_part["nees"], whole["nees"]) << "what was played is judged as if no more had been asked for";
+  stop = true;
+  EXPECT_THROW(judge_model(radar(), radar(), options), std::runtime_error);
 }
 
 TEST(JudgeFilter, NamesTheRunThatThrew) {

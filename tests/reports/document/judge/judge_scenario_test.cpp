@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/temporary_folder.h"
@@ -53,6 +55,22 @@ TEST(JudgeScenario, ToldAsTextJsonAndPage) {
 TEST(JudgeScenario, StoppedBeforeTheFirstRunsIsAnError) {
   static constexpr std::atomic<bool> kStop{true};
   EXPECT_THROW(judge_scenario(monobot_with(1.0), {.stop = &kStop}), std::runtime_error);
+}
+
+TEST(JudgeScenario, TellsHowFarItIsAndIsStoppedOnTheWay) {
+  std::vector<std::int64_t> told;
+  std::atomic<bool> stop{false};
+  const auto progress = [&](std::int64_t done, std::int64_t total) {
+    EXPECT_EQ(total, 300);
+    told.push_back(done);
+  };
+  EXPECT_TRUE(judge_scenario(monobot_with(1.0), {.threads = 1, .progress = progress}).complete());
+  EXPECT_EQ(told, (std::vector<std::int64_t>{64, 128, 192, 256, 300}));
+  const auto enough = [&](std::int64_t done, std::int64_t) { stop = done >= 128; };
+  const JudgedFilter part =
+      judge_scenario(monobot_with(1.0), {.threads = 1, .stop = &stop, .progress = enough});
+  EXPECT_FALSE(part.complete());
+  EXPECT_EQ(nlohmann::json::parse(part.json())["runs"], 128);
 }
 
 TEST(JudgeScenario, NamesRunsThatFailed) {

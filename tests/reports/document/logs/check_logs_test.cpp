@@ -159,6 +159,18 @@ TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
   EXPECT_THROW(check_logs({&good, 1}, {.stop = &kStop}), std::runtime_error);
 }
 
+TEST_F(CheckLogs, TellsHowManyBytesAreRead) {
+  const std::string good = (folder_ / "good").string();
+  std::int64_t read = 0, all = 0;
+  check_logs({&good, 1}, {.threads = 1, .progress = [&](std::int64_t done, std::int64_t total) {
+                            EXPECT_GE(done, read);
+                            read = done;
+                            all = total;
+                          }});
+  EXPECT_GT(all, 0);
+  EXPECT_EQ(read, all);
+}
+
 TEST_F(CheckLogs, RefusesWhatDoesNotFit) {
   const std::string good = (folder_ / "good").string(), absent = (folder_ / "absent.csv").string();
   EXPECT_THROW(check_logs({&absent, 1}), DataError);

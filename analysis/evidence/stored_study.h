@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/study_runner.h"
+#include "analysis/evidence/configuration.h"
 #include "montecarlo/scenario/sweep_plan.h"
 
 namespace credence::internal {
@@ -37,10 +37,6 @@ StoredStudy read_study(const std::filesystem::path& directory);
 void require_runs(const StoredStudy& study);
 
 /// Judges those of its configurations that have runs; as `sweep` does, by NEES, NIS and the pose.
-std::vector<StudyAnalysis> analyse(StoredStudy& study);
-
-/// Judges a study of one configuration as `run` does: the first runs are played again, and the verdict joins
-/// all blocks. Nothing where there are no runs yet, or the user ended it.
-std::optional<StudyAnalysis> judge(StoredStudy& study, const CommonOptions& options);
+std::vector<StudyAnalysis> analyse(const StoredStudy& study);
 
 }  // namespace credence::internal

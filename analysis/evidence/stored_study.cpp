@@ -1,4 +1,4 @@
-#include "app/stored_study.h"
+#include "analysis/evidence/stored_study.h"
 
 #include <fmt/format.h>
 
@@ -63,21 +63,8 @@ void require_runs(const StoredStudy& study) {
     throw std::invalid_argument(fmt::format("{}: no runs are stored yet", study.directory.string()));
 }
 
-std::vector<StudyAnalysis> analyse(StoredStudy& study) {
-  std::vector<StudyAnalysis> analyses;
-  for (std::size_t i = 0; i < study.results.size(); ++i) {
-    if (study.results[i].result.statistics.runs == 0) continue;
-    analyses.push_back(analyse(study.configurations[i], study.results[i]));
-  }
-  return analyses;
-}
-
-std::optional<StudyAnalysis> judge(StoredStudy& study, const CommonOptions& options) {
-  std::vector<StudyAnalysis> analyses = analyse(study);
-  if (analyses.empty()) return std::nullopt;
-  explain(analyses.front(), study.configurations.front(), options);
-  if (!analyses.front().judgement) return std::nullopt;
-  return std::move(analyses.front());
+std::vector<StudyAnalysis> analyse(const StoredStudy& study) {
+  return analyses_of(study.configurations, study.results);
 }
 
 }  // namespace credence::internal
