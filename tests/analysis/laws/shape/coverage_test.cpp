@@ -106,5 +106,13 @@ TEST(Coverage, DegenerateAndImpossibleInput) {
                std::invalid_argument);
 }
 
+// Three tosses of a coin, and the upper tail of 12 of 20 at 0.3, 0.00513816 by its nine terms.
+TEST(BinomialUpperTail, IsExact) {
+  EXPECT_EQ(binomial_upper_tail(0, 3, 0.5), 1.0);
+  EXPECT_DOUBLE_EQ(binomial_upper_tail(2, 3, 0.5), 0.5);
+  EXPECT_DOUBLE_EQ(binomial_upper_tail(3, 3, 0.5), 0.125);
+  EXPECT_NEAR(binomial_upper_tail(12, 20, 0.3), 0.00513816, 5e-9);
+}
+
 }  // namespace
 }  // namespace credence::internal
