@@ -7,8 +7,8 @@
 #include <ostream>
 
 #include "analysis/studies/interleaved_timing.h"
+#include "core/number_text.h"
 #include "core/simd/cpu_dispatch.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

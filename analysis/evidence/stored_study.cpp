@@ -34,7 +34,8 @@ std::vector<fs::path> study_directories(const fs::path& path) {
   if (directories.empty()) {
     throw StoreError(
         fmt::format("{}: holds no stored results; run and sweep make such folders, with --out (other "
-                    "commands make their pages and figures again when they are run again)",
+                    "commands make their pages and figures again when they are run again; of `check` the "
+                    "document of --format json is compared)",
                     path.string()));
   }
   std::ranges::sort(directories);

@@ -12,6 +12,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/normal_quantile.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -93,8 +94,8 @@ std::string what_comes_first(const SensorRecord& record, const InnovationTests& 
                        record.unwrapped);
   }
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
-  return fmt::format("the innovations have mean {:.2g} standard deviations (p = {:.2g})",
-                     tests.mean.cwiseAbs().maxCoeff(), tests.mean_p_value);
+  return fmt::format("the innovations have mean {:.2g} standard deviations ({})",
+                     tests.mean.cwiseAbs().maxCoeff(), p_value_statement(tests.mean_p_value));
 }
 
 std::string gain_note(GainError gain) {

@@ -41,7 +41,7 @@ def _noise(R: Any, sensor: str, m: int, piece: int) -> Any:
     return R
 
 
-def _innovation_angles(which: Any, sensor: str, piece: int) -> "list[bool]":
+def innovation_angles_of(which: Any, sensor: str, piece: int) -> "list[bool]":
     """Of one observation of a sensor; none: []."""
     which = which.get(sensor) if isinstance(which, Mapping) else which
     if which is None or which is False:
@@ -195,7 +195,7 @@ def check(
         piece = _observation(observation, sensor, m)
         noise = _noise(R, sensor, m, piece)
         R_parts = [None] * len(nu_parts) if noise is None else following(noise, _label("R", sensor), (m, m), shape, lead)
-        sensors.append((sensor, m, piece, _innovation_angles(innovation_angles, sensor, piece)))
+        sensors.append((sensor, m, piece, innovation_angles_of(innovation_angles, sensor, piece)))
         sensor_parts.append(list(zip(nu_parts, S_parts, R_parts)))
 
     if error_parts:

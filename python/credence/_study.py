@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import indices, require_text, state_names
-from ._check import collector, require_confidence
+from ._check import collector, innovation_angles_of, require_confidence
 from ._play import LARGEST_SEED, Chunk, Plan, PlugError, Switches, batch_runs, play_batch, prior_of
 from ._play import require_functions, require_same_twice, require_time_step
 from ._result import Result
@@ -38,6 +38,7 @@ def study(
     noise_group: int = 0,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
+    innovation_angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
     confidence: float = 0.95,
     nonlinear: bool = False,
@@ -73,7 +74,7 @@ def study(
     noise_group: studies of one seed and group meet the same noise.
     workers: processes; world and filter must then be importable, and the script guarded by
         ``if __name__ == "__main__":``. The bits do not depend on it: the same runs are always one batch.
-    names, angles, blocks, confidence, nonlinear, inflated: as in ``check``.
+    names, angles, innovation_angles, blocks, confidence, nonlinear, inflated: as in ``check``.
     noise: what makes it other than a filter believes: {"outlier_rate": 0.01, "outlier_scale": 10, "student_dof": 4,
         "measurement_correlation": 0.5, "process_correlation": 0.5, "measurement_delay": 1}, each as the key of [noise]
         in docs/scenario.md. Of what world.step and world.input draw, and of what world.measure draws.
@@ -107,7 +108,10 @@ def study(
     def add(chunk: Chunk) -> None:
         nonlocal collected, sensors
         if collected is None:
-            sensors = [(sensor, nu.shape[-1], nu.shape[-1], []) for sensor, (nu, _) in chunk.innovations.items()]
+            sensors = [
+                (sensor, nu.shape[-1], nu.shape[-1], innovation_angles_of(innovation_angles, sensor, nu.shape[-1]))
+                for sensor, (nu, _) in chunk.innovations.items()
+            ]
             collected = collector(names, angles, blocks, n, sensors, True, nonlinear, inflated)
         late = chunk.innovations.keys() - {sensor for sensor, *_ in sensors}
         if late:

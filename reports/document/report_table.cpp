@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "reports/render/number_text.h"
+#include "core/number_text.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {

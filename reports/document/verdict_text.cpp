@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "reports/render/number_text.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 

@@ -21,6 +21,21 @@ def test_late_measurements_are_named():
     assert late.causes[0].name.startswith("measurements that arrive late")
 
 
+def test_an_innovation_that_is_an_angle_and_not_wrapped_is_named():
+    class Unwrapped(Filter):
+        def update(self, z):
+            super().update(z)
+            self.innovation = self.innovation + 2.0 * np.pi
+
+    plain = credence.study(World(), Unwrapped, **STUDY)
+    assert "not wrapped" not in plain.causes[0].name
+    for which in (True, [0]):
+        named = credence.study(World(), Unwrapped, innovation_angles=which, **STUDY)
+        assert named.causes[0].name == "an angle that is not wrapped"
+    with pytest.raises(ValueError, match="innovation_angles"):
+        credence.study(World(), Unwrapped, innovation_angles=[7], **STUDY)
+
+
 def test_the_bits_do_not_depend_on_processes():
     batches = {"runs": 600, "steps": 10}  # two
     one = credence.study(World(), Optimistic, **batches)

@@ -4,6 +4,7 @@
 
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 
@@ -16,11 +17,12 @@ Causes find_sequential_sensors(const Findings& findings) {
     if (!(std::max(test.p_value, pair.opposed_p_value) <= cause_level(findings))) continue;
     return {{Cause::sequential_sensors,
              fmt::format(
-                 "those of {} and {} at the same step are correlated, {:.2g} at most (p = {:.2g}), and as no "
-                 "Q, R or P0 makes them that is wrong in one direction (p = {:.2g}): their NIS must not be "
+                 "those of {} and {} at the same step are correlated, {:.2g} at most ({}), and as no "
+                 "Q, R or P0 makes them that is wrong in one direction ({}): their NIS must not be "
                  "added; a filter that updates with both from the same prior, or takes for independent what "
                  "disturbs both, corrects too much",
-                 pair.first, pair.second, test.largest, test.p_value, pair.opposed_p_value)}};
+                 pair.first, pair.second, test.largest, p_value_statement(test.p_value),
+                 p_value_statement(pair.opposed_p_value))}};
   }
   return {};
 }
@@ -33,8 +35,8 @@ Causes find_dropped_cross_covariance(const Findings& findings) {
   if (test.largest < kLeast) return {};
   return {{Cause::cross_covariance,
            fmt::format("errors of states that P claims to be uncorrelated are correlated, by {:.2g} at "
-                       "most (p = {:.2g})",
-                       test.largest, test.p_value)}};
+                       "most ({})",
+                       test.largest, p_value_statement(test.p_value))}};
 }
 
 Causes find_joint_inconsistency(const Findings& findings) {

@@ -11,6 +11,7 @@
 #include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/tail_weight.h"
 #include "core/append_item.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -94,9 +95,8 @@ bool gate_meets_another_cause(const GateRejection& gate) {
 
 std::string text_of(const GateRejection& gate) {
   return fmt::format(
-      "P does not shrink where NIS lies beyond the {:.3g} % quantile of its law (p = {:.2g}), as {:.3g} % "
-      "do; nor does it in a filter without a gate that inflates P where its innovations are large",
-      100.0 * (1.0 - gate.expected), gate.p_value, 100.0 * gate.share);
+      "P does not shrink where NIS lies beyond the {:.3g} % quantile of its law ({}), as {:.3g} % do",
+      100.0 * (1.0 - gate.expected), p_value_statement(gate.p_value), 100.0 * gate.share);
 }
 
 }  // namespace
@@ -155,10 +155,10 @@ Causes find_outliers(const Findings& findings) {
 
 Causes find_heavy_tails(const Findings& findings) {
   if (!findings.heavy_tail_p_value || !(*findings.heavy_tail_p_value <= cause_level(findings))) return {};
-  return {{Cause::heavy_tails,
-           fmt::format("the tails are too heavy (p = {:.2g}) while every mean square, which needs "
-                       "no Gaussian law, agrees with P",
-                       *findings.heavy_tail_p_value)}};
+  return {
+      {Cause::heavy_tails, fmt::format("the tails are too heavy ({}) while every mean square, which needs "
+                                       "no Gaussian law, agrees with P",
+                                       p_value_statement(*findings.heavy_tail_p_value))}};
 }
 
 Causes find_gate(const Findings& findings) {
@@ -171,10 +171,11 @@ Causes find_gate(const Findings& findings) {
                  findings.cut_off->nis, findings.cut_off->expected)}};
   }
   if (!findings.gate) return {};
-  return {{Cause::gated_innovations,
-           fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
-                       "law truncated there (p = {:.2g})",
-                       findings.gate->nis, findings.gate->expected, findings.gate->p_value)}};
+  return {
+      {Cause::gated_innovations,
+       fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
+                   "law truncated there ({})",
+                   findings.gate->nis, findings.gate->expected, p_value_statement(findings.gate->p_value))}};
 }
 
 Causes find_perhaps_gate(const Findings& findings) {

@@ -7,6 +7,7 @@
 #include "analysis/evidence/causes/cause_signature.h"
 #include "core/append_item.h"
 #include "core/manifold/angle.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -34,9 +35,9 @@ std::string mean_beside(const Findings& findings) {
     return {};
   if (!(test.p_value <= cause_level(findings)) || mean < kLeastMean) return {};
   return fmt::format(
-      "; but they have a mean of {:.2g} standard deviations (p = {:.2g}), which no noise "
+      "; but they have a mean of {:.2g} standard deviations ({}), which no noise "
       "makes: look first for a delay, a lever arm or a bias",
-      mean, test.p_value);
+      mean, p_value_statement(test.p_value));
 }
 
 // Which sensors' R is wrong, of several: those that tell the same gain, or the one whose NIS is three times
@@ -197,14 +198,13 @@ Causes find_wrong_gain(const Findings& findings) {
     return {};
   const InnovationShape shape = innovation_shape(findings);
   return {{Cause::process_or_measurement_noise,
-           fmt::format(
-               "innovations that are not white (lag-1 autocorrelation {:.2g}, p = {:.2g}) with a mean NIS "
-               "of {:.3g} of {:.3g}: the gain is {}; no factor on P or S alone mends that",
-               shape.lag_1, findings.whiteness->p_value, findings.nis.expected * (1.0 + shape.excess),
-               findings.nis.expected,
-               shape.gain > 0   ? "too small, Q over R should be larger"
-               : shape.gain < 0 ? "too large, Q over R should be smaller"
-                                : "wrong, or the noise is correlated in time")}};
+           fmt::format("innovations that are not white (lag-1 autocorrelation {:.2g}, {}) with a mean NIS "
+                       "of {:.3g} of {:.3g}: the gain is {}; no factor on P or S alone mends that",
+                       shape.lag_1, p_value_statement(findings.whiteness->p_value),
+                       findings.nis.expected * (1.0 + shape.excess), findings.nis.expected,
+                       shape.gain > 0   ? "too small, Q over R should be larger"
+                       : shape.gain < 0 ? "too large, Q over R should be smaller"
+                                        : "wrong, or the noise is correlated in time")}};
 }
 
 Causes find_noise_beside_bias(const Findings& findings) {

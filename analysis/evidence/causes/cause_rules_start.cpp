@@ -6,6 +6,7 @@
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
 #include "analysis/laws/mean/run_mean.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -20,9 +21,9 @@ void tell_mean_at_start(const Findings& findings, CauseFound& start) {
   if (!counts(mean->mean.squaredNorm() / static_cast<double>(mean->mean.size()), excess_of(*first))) return;
   start.cause = Cause::initial_covariance_or_nonlinear_start;
   start.why += fmt::format(
-      "; the first innovations have a mean of {:.2g} standard deviations (p = {:.2g}), which no P0 makes, "
+      "; the first innovations have a mean of {:.2g} standard deviations ({}), which no P0 makes, "
       "but a model that is not linear, or a first estimate that is off in all runs alike",
-      mean->mean.cwiseAbs().maxCoeff(), mean->p_value);
+      mean->mean.cwiseAbs().maxCoeff(), p_value_statement(mean->p_value));
 }
 
 // Of a filter that is mixed the noise goes beside the start; a start that may be none of P0 comes after it.
@@ -228,12 +229,12 @@ Causes find_wrong_first_step(const Findings& findings) {
   const ConsistencyVerdict* wrong = initial_covariance_shows(findings);
   if (wrong == nullptr) return {};
   const StepTest& first = *first_step(*wrong);
-  return with_the_rest(
-      findings, {Cause::initial_covariance,
-                 fmt::format("the first {} is {:.3g} times its dof (p = {:.2g}), and it is {:.3g} times in "
-                             "the second half",
-                             wrong == &findings.nis ? "NIS" : "NEES", first.mean / first.expected,
-                             first.p_value, 1.0 + excess_of_second_half(*wrong))});
+  return with_the_rest(findings,
+                       {Cause::initial_covariance,
+                        fmt::format("the first {} is {:.3g} times its dof ({}), and it is {:.3g} times in "
+                                    "the second half",
+                                    wrong == &findings.nis ? "NIS" : "NEES", first.mean / first.expected,
+                                    p_value_statement(first.p_value), 1.0 + excess_of_second_half(*wrong))});
 }
 
 Causes find_start_that_dies_out(const Findings& findings) {

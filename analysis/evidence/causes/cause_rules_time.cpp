@@ -5,6 +5,7 @@
 
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -49,24 +50,25 @@ Causes bias_of(const Findings& findings) {
       explains_the_innovations(*findings.innovation_mean, findings)) {
     const ZeroMeanTest& test = *findings.innovation_mean;
     return {
-        {Cause::bias, fmt::format("the innovation has a mean of {:.2g} standard deviations (p = {:.2g}){}",
-                                  test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)}};
+        {Cause::bias, fmt::format("the innovation has a mean of {:.2g} standard deviations ({}){}",
+                                  test.mean.cwiseAbs().maxCoeff(), p_value_statement(test.p_value), beside)}};
   }
   if (findings.error_mean && clear(findings.error_mean->test.p_value) &&
       explains_the_errors(findings.error_mean->test, findings)) {
     const ZeroMeanTest& test = findings.error_mean->test;
-    return {{Cause::bias,
-             fmt::format("the error of {} has a mean of {:.2g} standard deviations (p = {:.2g}), "
-                         "which the innovations do not show{}",
-                         findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)}};
+    return {{Cause::bias, fmt::format("the error of {} has a mean of {:.2g} standard deviations ({}), "
+                                      "which the innovations do not show{}",
+                                      findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(),
+                                      p_value_statement(test.p_value), beside)}};
   }
   const MeanAtSteps& at_steps = findings.mean_at_steps;
   const bool too_large = is_inconsistent(findings.nees.verdict) && excess_of(findings.nees) > 0.0;
   if (too_large && clear(at_steps.p_value) && at_steps.explained > kMost) {
     return {
         {Cause::bias, fmt::format("the errors of all runs have a mean, which makes {:.0f} % of the excess of "
-                                  "NEES (p = {:.2g}){}",
-                                  100.0 * std::min(1.0, at_steps.explained), at_steps.p_value, beside)}};
+                                  "NEES ({}){}",
+                                  100.0 * std::min(1.0, at_steps.explained),
+                                  p_value_statement(at_steps.p_value), beside)}};
   }
   return {};
 }
@@ -112,13 +114,13 @@ Causes find_late_measurements(const Findings& findings) {
   if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
   const StepTimes* const times = findings.nees.times.get();
   return {{Cause::late_measurements,
-           fmt::format("the errors point back along the path by about {:.2g} steps{} (p "
-                       "= {:.2g}), which explains {:.0f} % of the excess of NEES",
+           fmt::format("the errors point back along the path by about {:.2g} steps{} ({}), "
+                       "which explains {:.0f} % of the excess of NEES",
                        test.steps,
                        times != nullptr && times->known()
                            ? fmt::format(", {:.2g} s,", test.steps * times->interval_s())
                            : "",
-                       test.p_value, 100.0 * std::min(1.0, test.explained))}};
+                       p_value_statement(test.p_value), 100.0 * std::min(1.0, test.explained))}};
 }
 
 Causes find_bias(const Findings& findings) {

@@ -17,6 +17,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/correlated_mean.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -358,10 +359,9 @@ void leave_coloured_open(Judgement& j) {
   if (coloured == j.sensors.end()) return;
   j.word.verdict = Verdict::undecided;
   j.nees.reason = fmt::format(
-      "the mean NIS is right, but the innovations{} are not white (p = {:.2g}): the gain is not the best "
-      "one, "
+      "the mean NIS is right, but the innovations{} are not white ({}): the gain is not the best one, "
       "so that P need not be right",
-      coloured->name.empty() ? "" : " of " + coloured->name, coloured->whiteness.p_value);
+      coloured->name.empty() ? "" : " of " + coloured->name, p_value_statement(coloured->whiteness.p_value));
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 
 #include "core/append_item.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

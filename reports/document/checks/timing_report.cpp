@@ -4,9 +4,9 @@
 
 #include <cmath>
 
+#include "core/number_text.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

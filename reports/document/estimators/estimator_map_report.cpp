@@ -7,10 +7,10 @@
 
 #include "core/append_item.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/estimators/estimator_report.h"
 #include "reports/document/sweep/swept_values.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

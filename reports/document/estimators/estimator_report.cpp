@@ -9,6 +9,7 @@
 
 #include "core/append_item.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
@@ -16,7 +17,6 @@
 #include "reports/document/verdict_text.h"
 #include "reports/figures/estimator_figures.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

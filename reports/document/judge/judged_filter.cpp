@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "reports/document/judge/judged.h"
-#include "reports/render/number_text.h"
 #include "reports/render/text_page.h"
 #include "reports/render/write_document.h"
 

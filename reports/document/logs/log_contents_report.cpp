@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/number_text.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -8,12 +8,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/number_text.h"
 #include "reports/document/logs/compare_means.h"
 #include "reports/document/logs/log_table.h"
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/study/judgement_report.h"
 #include "reports/render/html_text.h"
-#include "reports/render/number_text.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {

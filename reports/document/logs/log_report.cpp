@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/append_item.h"
+#include "core/number_text.h"
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/logs/log_json.h"
 #include "reports/document/logs/log_table.h"
@@ -16,7 +17,6 @@
 #include "reports/document/study/step_csv.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/log_figures.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

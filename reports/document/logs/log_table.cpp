@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "analysis/evidence/sums/step_series.h"
+#include "core/number_text.h"
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/study/judgement_report.h"
 #include "reports/document/verdict_text.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

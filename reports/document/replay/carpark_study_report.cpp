@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "core/number_text.h"
 #include "datasets/replay/carpark_findings.h"
 #include "reports/figures/replay_figures.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

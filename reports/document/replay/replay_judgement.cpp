@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
+#include "core/number_text.h"
 #include "datasets/logs/alignment.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/replay/replay_log.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

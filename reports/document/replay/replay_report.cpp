@@ -9,11 +9,11 @@
 
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "reports/document/study/judgement_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/replay_figures.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -7,12 +7,12 @@
 #include "core/append_item.h"
 #include "core/inflation/inflation_rule.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/stability/stability_report.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "analysis/stability/boundedness.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/verdict_text.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 

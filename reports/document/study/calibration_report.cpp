@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/nan.h"
-#include "reports/render/number_text.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -12,12 +12,12 @@
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/hall_score.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -9,8 +9,8 @@
 #include "analysis/evidence/causes/advice.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "reports/figures/step_axis.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

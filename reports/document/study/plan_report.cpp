@@ -6,8 +6,8 @@
 #include <cmath>
 #include <span>
 
+#include "core/number_text.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

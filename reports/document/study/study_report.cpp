@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/study/judgement_report.h"
@@ -15,7 +16,6 @@
 #include "reports/document/study/study_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/study_figures.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "core/append_item.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <span>
 
+#include "core/number_text.h"
 #include "reports/document/stability/planar_stability_report.h"
 #include "reports/document/sweep/swept_values.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

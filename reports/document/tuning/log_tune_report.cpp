@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/number_text.h"
 #include "reports/document/tuning/tuning_tables.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

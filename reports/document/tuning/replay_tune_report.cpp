@@ -4,11 +4,11 @@
 
 #include <array>
 
+#include "core/number_text.h"
 #include "reports/document/tuning/tuning_tables.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/tune_figures.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

@@ -7,13 +7,13 @@
 
 #include "core/append_item.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/tuning/tuning_tables.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/tune_figures.h"
 #include "reports/render/json_numbers.h"
-#include "reports/render/number_text.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {

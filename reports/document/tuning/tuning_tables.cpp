@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/append_item.h"
-#include "reports/render/number_text.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {

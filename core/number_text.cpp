@@ -1,4 +1,4 @@
-#include "reports/render/number_text.h"
+#include "core/number_text.h"
 
 #include <fmt/format.h>
 
