@@ -93,9 +93,11 @@ bool gate_meets_another_cause(const GateRejection& gate) {
   return gate.share > gate.expected * (kChance + kMostByGate * gate.expected);
 }
 
+// A filter that raises P or Q where NIS is large leaves the same trace: only F and Q, which no log has, tell.
 std::string text_of(const GateRejection& gate) {
   return fmt::format(
-      "P does not shrink where NIS lies beyond the {:.3g} % quantile of its law ({}), as {:.3g} % do",
+      "or a filter that adapts P or Q to them, which a log does not tell apart: P does not shrink where NIS "
+      "lies beyond the {:.3g} % quantile of its law ({}), as {:.3g} % do",
       100.0 * (1.0 - gate.expected), p_value_statement(gate.p_value), 100.0 * gate.share);
 }
 
@@ -192,17 +194,18 @@ Causes find_perhaps_gate(const Findings& findings) {
 
 Causes find_rejected_innovations(const Findings& findings) {
   if (!rejects_what_it_logs(findings) || gate_meets_another_cause(*findings.rejection)) return {};
-  return {{Cause::gated_innovations, text_of(*findings.rejection) +
-                                         ": a filter that rejects what its S explains knows less than its P "
-                                         "says; open the gate before anything else"}};
+  return {
+      {Cause::gated_innovations, text_of(*findings.rejection) +
+                                     ": a filter that rejects what its S explains knows less than its P "
+                                     "says; open the gate, or stop the adaptation, before anything else"}};
 }
 
 Causes find_rejection_beside(const Findings& findings) {
   if (!rejects_what_it_logs(findings) || !gate_meets_another_cause(*findings.rejection)) return {};
-  return {
-      {Cause::gated_innovations, text_of(*findings.rejection) +
-                                     ": more than a gate makes by itself; where so many are rejected a "
-                                     "wrong R looks like a wrong Q, so open the gate to tell them apart"}};
+  return {{Cause::gated_innovations, text_of(*findings.rejection) +
+                                         ": more than a gate makes by itself; where so many are rejected a "
+                                         "wrong R looks like a wrong Q, so open the gate, or stop the "
+                                         "adaptation, to tell them apart"}};
 }
 
 Causes find_wrong_dof(const Findings& findings) {

@@ -779,11 +779,13 @@ TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
   findings.rejection = GateRejection{.expected = 0.05, .share = 0.12, .p_value = 1e-9};
   EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
+  EXPECT_EQ(find_causes(findings).front().why.find("or a filter that adapts P or Q to them"), 0U);
   findings.rejection->p_value = 0.004;  // 0.05/15 = 0.0033
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
   findings.rejection->p_value = 1e-9;
   findings.rejection->share = 0.21;  // beyond 0.05 (1.5 + 50 · 0.05): the gate meets another cause
   EXPECT_EQ(causes_of(findings), (CauseList{Cause::process_noise_too_small, Cause::gated_innovations}));
+  EXPECT_EQ(find_causes(findings).back().why.find("or a filter that adapts P or Q to them"), 0U);
   findings.rejection->share = 0.04;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
   Findings large_P = findings_of(0.6, 0.6);  // which no gate makes
