@@ -93,11 +93,11 @@ bool gate_meets_another_cause(const GateRejection& gate) {
   return gate.share > gate.expected * (kChance + kMostByGate * gate.expected);
 }
 
-// A filter that raises P or Q where NIS is large leaves the same trace: only F and Q, which no log has, tell.
+// A filter that raises P or Q where NIS is large leaves the same trace in log det P.
 std::string text_of(const GateRejection& gate) {
   return fmt::format(
-      "or a filter that adapts P or Q to them, which a log does not tell apart: P does not shrink where NIS "
-      "lies beyond the {:.3g} % quantile of its law ({}), as {:.3g} % do",
+      "or a filter that adapts P or Q to them, which looks alike here: P does not shrink where NIS lies "
+      "beyond the {:.3g} % quantile of its law ({}), as {:.3g} % do",
       100.0 * (1.0 - gate.expected), p_value_statement(gate.p_value), 100.0 * gate.share);
 }
 
