@@ -53,7 +53,10 @@ TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
       {{"compare", "a", "nowhere"}, "nowhere: no such folder or document"},
       {{"compare", "a", "a.toml"}, "a.toml: is no JSON"},
       {{"compare", "a", "/dev/zero"}, "/dev/zero: is longer than 256 MiB, as no document is"},
-      {{"compare", "a", "s"}, "s: is a sweep, whose configurations `credence show` sets side by side"}};
+      {{"compare", "a", "s"},
+       "s: is a sweep, whose configurations `credence show` sets side by side; one of them can be compared "
+       "once "
+       "`credence run` has made it, with --set and --out"}};
   for (const auto& [arguments, message] : cases) {
     const Finished f = run(arguments);
     EXPECT_EQ(f.code, 2) << message;

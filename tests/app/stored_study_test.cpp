@@ -42,7 +42,8 @@ TEST_F(StoredStudies, WhereThereAreNoneIsBadInput) {
       EXPECT_EQ(f.err,
                 "credence: " + path +
                     ": holds no stored results; run and sweep make such folders, with --out (other commands "
-                    "make their pages and figures again when they are run again)\n");
+                    "make their pages and figures again when they are run again; of `check` the document of "
+                    "--format json is compared)\n");
       EXPECT_EQ(f.out, "");
     }
   }

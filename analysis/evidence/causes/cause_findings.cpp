@@ -34,22 +34,20 @@ std::optional<Findings::CutOff> cut_off_of(const SensorSums& sums, const SensorJ
   return Findings::CutOff{sums.largest_nis, expected};
 }
 
-/// The most wrong component of a sensor, where the others have other factors, beyond both intervals and by
-/// 1.5 at least: what is wrong in all components alike is no matter of one.
+/// The most wrong component of a sensor, where the others have other factors, beyond both intervals: what is
+/// wrong in all components alike is no matter of one.
 std::optional<Findings::WrongComponent> wrong_component_of(const SensorSums& sums, const SensorJudgement& s) {
-  constexpr double kApart = 1.5;
   const std::vector<ComponentVariance>& all = s.components.components;
   const auto worst = static_cast<std::size_t>(s.components.worst);
   const ComponentVariance& most = all[worst];
+  const auto distance = [&most](double mean) { return std::abs(std::log(mean / most.mean)); };
   std::optional<double> nearest;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (i == worst || all[i].count == 0) continue;
-    const bool apart = most.mean > 1.0
-                           ? most.lower > kApart * all[i].mean && most.mean > kApart * all[i].upper
-                           : kApart * most.upper < all[i].mean && kApart * most.mean < all[i].lower;
+    const bool apart = most.mean > 1.0 ? most.lower > all[i].mean && most.mean > all[i].upper
+                                       : most.upper < all[i].mean && most.mean < all[i].lower;
     if (!apart) return std::nullopt;
-    if (!nearest || std::abs(std::log(all[i].mean / most.mean)) < std::abs(std::log(*nearest / most.mean)))
-      nearest = all[i].mean;
+    if (!nearest || distance(all[i].mean) < distance(*nearest)) nearest = all[i].mean;
   }
   if (!nearest) return std::nullopt;
   return Findings::WrongComponent{component_name(s, s.components.worst), most, *nearest,

@@ -111,9 +111,9 @@ Causes find_start_beside_the_rest(const Findings& findings);
 // innovations at every lag is (q − r) times one matrix: the two tell Q from R.
 
 /// Innovations of several components whose test speaks, and of which the most wrong one is wrong otherwise
-/// than the others, by 1.5 at least and beyond both intervals; not where the lags tell Q. Names
-/// innovation_unit where the factor is that of one; else R, of that component, where the lags tell it or S is
-/// mostly R; else either noise.
+/// than the others, beyond both intervals and by 1.5 at least (by less it is said beside a noise that is
+/// named); not where the lags tell Q. Names innovation_unit where the factor is that of one; else R, of that
+/// component, where the lags tell it or S is mostly R; else either noise.
 Causes find_wrong_component(const Findings& findings);
 /// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else by what the
 /// errors do between innovations (noise_between_innovations); else R, where S is

@@ -74,6 +74,16 @@ std::string unit_text(const ComponentVariance& factor) {
   return {};
 }
 
+// "component 2 of radar, whose square is …"
+std::string component_text(const Findings::WrongComponent& component) {
+  const ComponentVariance& factor = component.factor;
+  return fmt::format(
+      "{}, whose square is {:.3g} ({:.3g} … {:.3g}) times its variance in S, that of the others of this "
+      "sensor {:.3g} "
+      "times at the nearest",
+      component.name, factor.mean, factor.lower, factor.upper, component.others);
+}
+
 // Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
 // sign. Where the gain is not told, innovations that are white enough exclude Q if S is mostly R.
 Causes noise_of(const Findings& findings, const InnovationShape& shape, bool high,
@@ -82,9 +92,10 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
   const std::string sensors = sensors_of_noise(findings, shape);
   const std::string why = fmt::format(
       "mean NIS {:.3g} of {:.3g} after the first fifth of the steps, with a lag-1 autocorrelation of {:.2g} "
-      "± {:.2g}{}{}",
+      "± {:.2g}{}{}{}",
       expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band,
-      shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor), beside);
+      shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor),
+      findings.wrong_component ? "; above all in " + component_text(*findings.wrong_component) : "", beside);
   if (shape.gain != 0) {
     const Cause cause = cause_by_gain(high, shape.gain > 0);
     const bool counted_twice = cause == Cause::process_noise_too_small && !findings.sensor_pairs.empty();
@@ -133,9 +144,10 @@ InnovationShape without_mean(const InnovationShape& shape, const Vector& mean) {
 }  // namespace
 
 Causes find_wrong_component(const Findings& findings) {
-  constexpr double kMostlyR = 0.5;
+  constexpr double kMostlyR = 0.5, kApart = 1.5;
   if (!findings.wrong_component) return {};
   const auto& [name, factor, others, share] = *findings.wrong_component;
+  if (std::abs(std::log(factor.mean / others)) < std::log(kApart)) return {};
   const bool large = factor.mean > 1.0;
   const std::string unit = unit_text(factor);
   // A wrong Q moves some components more than others, too, and then the lags tell it.
@@ -146,10 +158,7 @@ Causes find_wrong_component(const Findings& findings) {
                       : !of_R       ? Cause::process_or_measurement_noise
                       : large       ? Cause::measurement_noise_too_small
                                     : Cause::measurement_noise_too_large;
-  return {
-      {cause, fmt::format("{} alone: its square is {:.3g} ({:.3g} … {:.3g}) times its variance in S, that "
-                          "of the others of this sensor {:.3g} times at the nearest{}",
-                          name, factor.mean, factor.lower, factor.upper, others, unit)}};
+  return {{cause, "only " + component_text(*findings.wrong_component) + unit}};
 }
 
 Causes find_wrong_noise(const Findings& findings) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <optional>
 #include <span>
 #include <string>
@@ -283,17 +284,19 @@ Word word_of(const Evidence& e, const Judgement& j) {
     for (const SensorJudgement& s : j.sensors)
       parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
   }
-  std::vector<ConsistencyVerdict> components;
-  components.reserve(j.sensors.size());
+  std::deque<ConsistencyVerdict> components;  // whose places stay
   for (std::size_t i = 0; i < j.sensors.size(); ++i) {
-    const ComponentTest& test = j.sensors[i].components;
-    if (!test.reason.empty()) continue;
+    const SensorJudgement& sensor = j.sensors[i];
+    if (!sensor.components.reason.empty()) continue;
     const auto nis =
-        std::ranges::find(parts, j.sensors.size() == 1 ? &j.nis : &j.sensors[i].nis, &WordPart::verdict);
+        std::ranges::find(parts, j.sensors.size() == 1 ? &j.nis : &sensor.nis, &WordPart::verdict);
     nis->weight *= 0.5;
-    const std::int64_t count = test.components[static_cast<std::size_t>(test.worst)].count;
-    components.push_back(averaged_verdict(test.p_value, count, count));
-    parts.push_back({component_name(j.sensors[i], test.worst), &components.back(), nis->weight, false, true});
+    const double each = nis->weight / static_cast<double>(sensor.components.components.size());
+    for (const ComponentVariance& c : sensor.components.components) {
+      components.push_back(averaged_verdict(c.p_value, c.count, c.count));
+      const Index number = &c - sensor.components.components.data();
+      parts.push_back({component_name(sensor, number), &components.back(), each, false, true, true});
+    }
   }
   ConsistencyVerdict directions;
   const SecondMomentJudgement& second = j.law.second_moments;

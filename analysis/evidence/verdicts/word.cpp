@@ -19,15 +19,17 @@ std::array<DirectedTest, 2> directions(const ConsistencyVerdict& v) {
           DirectedTest{Departure::pessimistic, 0.5 * v.pessimistic_p_value}};
 }
 
-/// The part that says most in one direction: of the state before NEES and NIS, since it says where.
+/// The part that says most in one direction: of the state before NEES and NIS, since it says where, and a
+/// component of innovations last.
 const WordPart* foremost(std::span<const WordPart> parts, const JointTests& joint, std::size_t side,
                          double alpha) {
-  for (const bool says_where : {true, false}) {
+  const auto rank = [](const WordPart& part) { return part.says_where ? 0 : part.of_component ? 2 : 1; };
+  for (const int of_rank : {0, 1, 2}) {
     const WordPart* best = nullptr;
     double smallest = alpha;
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const double p = joint.adjusted[i][side];
-      if (parts[i].says_where != says_where || !(p <= smallest)) continue;
+      if (rank(parts[i]) != of_rank || !(p <= smallest)) continue;
       if (best != nullptr && p == smallest) continue;
       smallest = p;
       best = &parts[i];

@@ -20,6 +20,7 @@ struct WordPart {
   double weight = 1.0;                  ///< its share of the level
   bool says_where = false;              ///< a part of the state, which is named before the whole
   bool of_innovations = false;          ///< it judges S, all others P
+  bool of_component = false;            ///< of an innovation, which is named where no other part is
 };
 
 /// One verdict among those that are joined.

@@ -28,13 +28,13 @@ ComponentTest test_components(std::span<const Moments> values, double confidence
     component.mean = values[j].mean;
     component.lower = n * component.mean / chi_square_upper_quantile(tail, n);
     component.upper = n * component.mean / chi_square_quantile(tail, n);
-    const double above = chi_square_survival(n * component.mean, n),
-                 below = chi_square_cdf(n * component.mean, n);
-    optimistic = std::min(optimistic, 2.0 * tests * above);
-    pessimistic = std::min(pessimistic, 2.0 * tests * below);
+    component.p_value = {.optimistic = std::min(1.0, 2.0 * chi_square_survival(n * component.mean, n)),
+                         .pessimistic = std::min(1.0, 2.0 * chi_square_cdf(n * component.mean, n))};
+    optimistic = std::min(optimistic, tests * component.p_value.optimistic);
+    pessimistic = std::min(pessimistic, tests * component.p_value.pessimistic);
     // Of values that are all beyond arithmetic the larger factor counts.
     const double size = std::abs(std::log(component.mean));
-    const double p = std::min(above, below);
+    const double p = std::min(component.p_value.optimistic, component.p_value.pessimistic);
     if (p > least || (p == least && size <= largest)) continue;
     least = p;
     largest = size;

@@ -24,6 +24,7 @@ struct ComponentVariance {
   double mean = kNaN;                 ///< of ν_j²/S_jj: the factor on S_jj that makes it right
   double lower = kNaN, upper = kNaN;  ///< at `confidence`, of this component alone
   std::int64_t count = 0;             ///< steps
+  DirectedPValues p_value{};          ///< two-sided, of this component alone
 };
 
 /// All components of a sensor.

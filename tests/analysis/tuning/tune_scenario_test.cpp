@@ -1,5 +1,6 @@
 #include "analysis/tuning/tune_scenario.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -130,7 +131,11 @@ TEST(TuneScenario, TunesANonlinearFilter) {
   EXPECT_EQ(tuning->tuned.filter.process_scale, parameters[0].value);
   ASSERT_TRUE(tuning->held_out);
   EXPECT_NE(tuning->held_out->after.scenario.study.seed, scenario.study.seed);
-  EXPECT_EQ(tuning->held_out->before.word.verdict, Verdict::optimistic);
+  // Of its innovations the range is too large for S, and with so much noise of the turn the bearing too
+  // small.
+  EXPECT_EQ(tuning->held_out->before.word.verdict, Verdict::mixed);
+  EXPECT_THAT(tuning->held_out->before.word.says,
+              ::testing::HasSubstr("pessimistic in component 2 of the innovation"));
 }
 
 TEST(TuneScenario, RefusesWhatTheFilterHasNotOfItsOwn) {

@@ -241,12 +241,16 @@ TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
   EXPECT_EQ(first(1.0 / 3300.0, 0.0, 0.3), innovation_unit);
   EXPECT_EQ(first(1e6, 0.0, kNaN), innovation_unit);
   EXPECT_EQ(first(600.0, 0.0, 0.3), process_or_measurement_noise);
-  EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("component 2 of radar alone"), std::string::npos);
+  EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("only component 2 of radar"), std::string::npos);
   EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("an innovation in degrees for radians"), std::string::npos);
   EXPECT_NE(with(1.0 / 3300.0, 0.0, 0.3)[0].why.find("a variance in degrees for radians"), std::string::npos);
   // The lags tell a gain that is too small.
   ASSERT_FALSE(with(3.0, 0.3, 0.3).empty());
-  EXPECT_EQ(with(3.0, 0.3, 0.3)[0].why.find("component 2"), std::string::npos);
+  EXPECT_EQ(with(3.0, 0.3, 0.3)[0].why.find("only component 2"), std::string::npos);
+  // Where it is not much more wrong than the others, it stands beside the cause.
+  ASSERT_FALSE(with(1.45, -0.2, 0.3).empty());
+  EXPECT_NE(with(1.45, -0.2, 0.3)[0].why.find("; above all in component 2 of radar, whose square is 1.45"),
+            std::string::npos);
 }
 
 // A delay explains 3/4 of an error that grows along the way, as of a wrong scale.

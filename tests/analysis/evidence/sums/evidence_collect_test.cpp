@@ -77,7 +77,7 @@ TEST(CollectedEvidence, PassesAnOptimalFilter) {
   const StudyAnalysis analysis = analysed(monobot(320));
   const Judgement& judgement = analysis.judgement.value();
   EXPECT_EQ(judgement.runs, 320);
-  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 4U + 5U + 4U);
+  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 5U + 5U + 4U);
   for (const NamedTest& test : judgement.tests) {
     // The chance of a false alarm anywhere in the judgement, at this one seed, is below 0.1 %.
     EXPECT_GT(test.adjusted, 1e-3) << test.name << ": " << test.says;

@@ -66,6 +66,25 @@ TEST(Word, TellsWhetherItIsOfSAlone) {
   EXPECT_FALSE(word_of(says(1.0, 1.0), says(1.0, 1e-6), blocks, 0.95).of_S_alone);
 }
 
+TEST(Word, AComponentOfInnovationsIsNamedWhereNoOtherPartIs) {
+  const ConsistencyVerdict nees = says(0.3, 0.4), right = says(0.5, 0.6), wrong = says(1e-4, 1.0),
+                           large = says(1e-9, 1.0), small = says(1.0, 1e-9);
+  const auto word_with = [&](const ConsistencyVerdict& nis) {
+    std::vector<WordPart> parts = word_parts(nees, nis, {});
+    parts.push_back({"component 1", &large, 0.05, false, true, true});
+    parts.push_back({"component 2", &small, 0.05, false, true, true});
+    return join_verdicts(parts, 0.95);
+  };
+  EXPECT_EQ(
+      word_with(right).says,
+      "optimistic in component 1 on average over the steps; pessimistic in component 2 on average over the "
+      "steps");
+  EXPECT_TRUE(word_with(right).of_S_alone);
+  EXPECT_EQ(
+      word_with(wrong).says,
+      "optimistic in NIS on average over the steps; pessimistic in component 2 on average over the steps");
+}
+
 TEST(Word, WithoutTruthNisHasTheWholeLevel) {
   const Word word = word_of(no_data(), says(1.0, 0.04), {}, 0.95);
   EXPECT_EQ(word.verdict, Verdict::pessimistic);

@@ -23,6 +23,7 @@ TEST(ComponentVariances, AreTheQuantilesOfChiSquare) {
   const ComponentTest test = test_components(values, 0.95);
   EXPECT_EQ(test.worst, 0);
   EXPECT_NEAR(test.p_value.optimistic, 2.0 * 2.0 * 0.01, 1e-7);
+  EXPECT_NEAR(test.components[0].p_value.optimistic, 2.0 * 0.01, 1e-7);
   EXPECT_GT(test.p_value.pessimistic, 0.5);
   EXPECT_NEAR(test.components[1].lower, 20.0 / 34.16961, 1e-6);
   EXPECT_NEAR(test.components[1].upper, 20.0 / 9.59078, 1e-6);
