@@ -42,8 +42,7 @@ std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareO
     if (study.is_sweep()) {
       throw std::invalid_argument(
           fmt::format("{}: is a sweep, whose configurations `credence show` sets side by side; one of them "
-                      "can be compared "
-                      "once `credence run` has made it, with --set and --out",
+                      "can be compared once `credence run` has made it, with --set and --out",
                       directory.string()));
     }
     require_runs(study);
