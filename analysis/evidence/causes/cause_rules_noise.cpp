@@ -79,8 +79,7 @@ std::string component_text(const Findings::WrongComponent& component) {
   const ComponentVariance& factor = component.factor;
   return fmt::format(
       "{}, whose square is {:.3g} ({:.3g} … {:.3g}) times its variance in S, that of the others of this "
-      "sensor {:.3g} "
-      "times at the nearest",
+      "sensor {:.3g} times at the nearest",
       component.name, factor.mean, factor.lower, factor.upper, component.others);
 }
 
