@@ -112,8 +112,7 @@ std::string AngleUnits::all_in_degrees_text(std::size_t i) const {
   if (!(std::max(-state.least, state.most) > kRadiansOfTurn && sigma > kWide)) return {};
   return fmt::format(
       "{} is perhaps in degrees, estimate, truth and P, where radians are expected: its estimates go to "
-      "{:.3g}, "
-      "beyond a turn, and its σ is {:.3g} on average, which leaves an angle unknown.",
+      "{:.3g}, beyond a turn, and its σ is {:.3g} on average, which leaves an angle unknown.",
       layout_.states[i], -state.least > state.most ? state.least : state.most, sigma);
 }
 

@@ -92,7 +92,7 @@ std::vector<FactorChange> changes_against(const ComparedStudy& first, const Comp
 
 ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
   using enum ColumnAlign;
-  ReportTable table{.title = {},
+  ReportTable table{.title = "Each result, and what it differs by from the first",
                     .columns = {{"study", words},
                                 {"runs"},
                                 {"verdict", words},
@@ -304,7 +304,6 @@ Document comparison_document(const std::vector<ComparedStudy>& studies, double c
   document.brief.emplace_back(table);
 
   document.section("Side by side");
-  table.title = "Each result, and what it differs by from the first";
   document.table(std::move(table));
   document.figure(comparison_figure(studies, confidence));
   return document;
