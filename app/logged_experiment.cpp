@@ -144,9 +144,11 @@ StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs
     } else if (!logged.empty()) {
       write_file(directory_ / fmt::format("run-{:06}.npz", run), run_arrays(layout(), logged, step_s_));
     }
-    if (failed) ++failure;
     recorder.begin_run();
     for (const Step& step : logged) recorder.add(step);
+    if (!failed) continue;
+    recorder.end_run(failure->outcome, failure->step);
+    ++failure;
   }
   StudyStatistics logged = recorder.take().study;
   logged.steps.resize(statistics.steps.size());

@@ -67,6 +67,7 @@ bool FilterLogReader::next_line(std::string_view& line) {
 void FilterLogReader::read_comment(std::string_view line) {
   constexpr std::string_view kFailed = "# failed: ", kAtStep = " at step ";
   if (!line.starts_with(kFailed)) return;
+  if (failure_) lines_.fail("a second line '# failed: …' behind one run: each run has one");
   line.remove_prefix(kFailed.size());
   const std::size_t at = line.find(kAtStep);
   const double step =
@@ -319,6 +320,9 @@ bool FilterLogReader::next(Step& row) {
   }
   parse_fields(line);
   check_order();
+  if (failure_ && !run_began_)
+    lines_.fail(
+        "the line '# failed: …' before stands behind the last row of its run, and this row is of the same");
   read_flag(header_.nonlinear, "nonlinear", header_.layout.nonlinear);
   read_flag(header_.inflated, "inflated", header_.layout.inflated);
   row.step = step_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -58,14 +59,25 @@ class NamedColumns {
 
   /// Those of a covariance: 36 or 21 that are counted behind "cov…", or the upper triangle of P.i.j.
   std::vector<std::size_t> covariance() const {
-    std::vector<std::size_t> counted, triangle;
+    std::vector<std::size_t> triangle;
+    std::vector<std::pair<int, std::size_t>> counted;  // number, column
     for (std::size_t i = 0; i < words_.size(); ++i) {
       const std::string& word = words_[i];
       const std::size_t digits = word.find_last_not_of("0123456789") + 1;
       const bool is_pose = word.find("twist") == std::string::npos && word.find("vel") == std::string::npos;
-      if (digits < word.size() && word.find("cov") != std::string::npos && is_pose) counted.push_back(i);
+      if (digits < word.size() && word.find("cov") != std::string::npos && is_pose) {
+        int number = -1;
+        std::from_chars(word.data() + digits, word.data() + word.size(), number);
+        counted.emplace_back(number, i);
+      }
     }
-    if (counted.size() == kSquare || counted.size() == kTriangle) return counted;
+    if (counted.size() == kSquare || counted.size() == kTriangle) {
+      // In the order of their numbers: a header that was sorted as text has 10 before 2.
+      std::ranges::sort(counted);
+      std::vector<std::size_t> columns;
+      for (const auto& [number, column] : counted) columns.push_back(column);
+      return columns;
+    }
     for (char i = '1'; i <= '6'; ++i) {
       for (char j = i; j <= '6'; ++j) {
         const auto column = find(std::array{std::string{'p', '_', i, '_', j}, std::string{'p', i, j}});

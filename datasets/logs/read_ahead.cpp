@@ -180,7 +180,7 @@ void read_into(BatchQueue& queue, const std::atomic<bool>* stop, const std::func
   }
   try {
     sink.finish();
-  } catch (const Stopped&) {
+  } catch (...) {
     if (!failure) failure = std::current_exception();
   }
   queue.close(failure);

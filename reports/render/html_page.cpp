@@ -95,7 +95,8 @@ std::string letters_of(int number) {
 
 std::string anchor_of(const GlossaryWord& word) {
   std::string anchor = "word-";
-  for (const char c : word.word) anchor += c == ' ' ? '-' : static_cast<char>(std::tolower(c));
+  for (const char c : word.word)
+    anchor += c == ' ' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return anchor;
 }
 

@@ -168,6 +168,27 @@ TEST_F(LoggedExperiment, ARunThatFailedEndsWithItsLastGoodStepAndSaysWhy) {
       << "one good step of each run, of which P is 0";
 }
 
+// The rows of a run before it fails are no average over a run.
+TEST_F(LoggedExperiment, RunsThatFailAreNoMorePartOfTheFactorOnPThanWithoutLogs) {
+  const std::vector<std::string> study = {"run",       scenario_file("huang_ring"),
+                                          "--runs",    "20",
+                                          "--steps",   "100",
+                                          "--set",     "noise.turn_rate_std=0.6",
+                                          "--set",     "noise.relative_position_std=2",
+                                          "--threads", "1",
+                                          "--format",  "json",
+                                          "--quiet"};
+  std::vector<std::string> with_logs = study;
+  with_logs.insert(with_logs.end(), {"--log", "logs"});
+  const Finished plain = run(study), logged = run(with_logs);
+  ASSERT_EQ(plain.code, 3) << "some runs fail";
+  ASSERT_EQ(logged.code, 3);
+  const Json of_plain = Json::parse(plain.out), of_logged = Json::parse(logged.out),
+             of_check = Json::parse(run({"check", "logs", "--pool", "--format", "json", "--quiet"}).out);
+  EXPECT_EQ(of_logged["nees"]["factor"], of_plain["nees"]["factor"]);
+  EXPECT_EQ(of_check["nees"]["factor"], of_plain["nees"]["factor"]);
+}
+
 TEST_F(LoggedExperiment, SeveralScenariosHaveAFolderEach) {
   write("a.toml", kLine);
   write("b.toml", kLine);

@@ -260,7 +260,8 @@ class NpzFile final : public ArrayFile {
     const std::string_view type = header_value(text, "descr"), order = header_value(text, "fortran_order");
     // What is said of the filter may be what numpy makes of a whole number, or of True and False.
     const auto names = [&](std::string_view start) { return member.name.starts_with(start); };
-    const bool said = names("observation") || names("R") || names("nonlinear") || names("inflated");
+    const bool said =
+        names("observation") || names("R") || names("time") || names("nonlinear") || names("inflated");
     member.integers = said && type.size() > 4 && type[2] == 'i';
     // Texts of numpy are code points of four bytes, as many as the longest has: one more dimension.
     const bool is_names = member.name == fmt::format("{}.npy", kNamesOfStates);

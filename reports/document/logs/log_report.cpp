@@ -114,9 +114,11 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
   if (lost.runs.empty()) {
     std::vector<std::string> sentences = calibration_sentences(calibration);
     const std::int64_t rows = analysis.evidence.whole_runs.nees_values.count;
-    if (!calibration.parts.empty() && calibration.rows < rows) {
-      sentences.push_back(fmt::format("These factors are of the {} rows that have all states, of {}.",
-                                      calibration.rows, rows));
+    if (!sentences.empty() && !calibration.parts.empty() && calibration.rows < rows) {
+      const auto behind_factors = sentences.begin() + (calibration.unit_count > 0 ? 1 : 0);
+      sentences.insert(behind_factors,
+                       fmt::format("These factors are of the {} rows that have all states, of {}.",
+                                   calibration.rows, rows));
     }
     return sentences;
   }

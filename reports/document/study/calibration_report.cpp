@@ -16,10 +16,6 @@ std::string factor_text(const MeanInterval& factor) {
                                : number_text(factor.mean, 3);
 }
 
-std::string held_out_text(const HeldOutNees& held_out) {
-  return fmt::format("{} times n, {}", factor_text(held_out.nees), p_value_statement(held_out.p_value));
-}
-
 std::string state_name(std::span<const std::string> states, Index state) {
   const auto i = static_cast<std::size_t>(state);
   return i < states.size() ? states[i] : fmt::format("x{}", state + 1);
@@ -127,11 +123,10 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
                           factor_text(part.factor));
     }
     if (std::isfinite(c.with_factor.nees.mean)) {
-      text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {}", c.units,
-                          held_out_text(c.with_factor));
+      text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {} times n",
+                          c.units, factor_text(c.with_factor.nees));
       if (!c.parts.empty())
-        text += fmt::format("; scaled part by part {} times n", factor_text(c.with_part_factors.nees));
-      text += "; this tests the mean alone, no single state or step";
+        text += fmt::format("; scaled part by part {}", factor_text(c.with_part_factors.nees));
     }
     sentences.push_back(text + ".");
   }

@@ -310,7 +310,11 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
        "column innovation.2: an angle in one observation and not in another"},
       {"time,innovation.1,S.1.1\n2,1,1\n2,1,1\n", "log.csv:3: time 2 does not increase"},
       {"run,innovation.1,S.1.1\n1,1,1\n2,1,1\n1,1,1\n", "log.csv:4: the rows of run 1 do not stand together"},
-      {kHeader + row + "# failed: tired at step 3\n", "log.csv:3: accepted is"}};
+      {kHeader + row + "# failed: tired at step 3\n", "log.csv:3: accepted is"},
+      {kHeader + row + "# failed: diverged at step 3\n# failed: diverged at step 4\n",
+       "log.csv:4: a second line"},
+      {kHeader + row + "# failed: diverged at step 2\n2,2,3,2,3,4,0,9,0,2\n",
+       "log.csv:4: the line '# failed: …' before stands behind the last row of its run"}};
   for (const auto& [text, expected] : cases) {
     EXPECT_NE(error(text).find(expected), std::string::npos)
         << "expected " << expected << "\ngot " << error(text);

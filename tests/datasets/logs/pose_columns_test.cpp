@@ -1,9 +1,12 @@
 #include "datasets/logs/pose_columns.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 namespace credence::internal {
 namespace {
@@ -27,6 +30,17 @@ TEST(PoseColumns, AHeaderNamesThemInAnyOrder) {
   ASSERT_EQ(columns->joint_covariance.size(), 36U);
   EXPECT_EQ(columns->joint_covariance.front(), 9U);
   EXPECT_EQ(columns->fewest, 46U);
+}
+
+TEST(PoseColumns, ACovarianceThatWasSortedAsTextIsTakenByItsNumbers) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 36; ++i) names.push_back(fmt::format("covariance_{}", i));
+  std::ranges::sort(names);  // covariance_0, covariance_1, covariance_10, …
+  const auto columns = csv_pose_columns(fmt::format("t,x,y,z,qx,qy,qz,qw,{}", fmt::join(names, ",")), true);
+  ASSERT_TRUE(columns);
+  ASSERT_EQ(columns->joint_covariance.size(), 36U);
+  for (std::size_t i = 0; i < 36; ++i)
+    EXPECT_EQ(names[columns->joint_covariance[i] - 8], fmt::format("covariance_{}", i));
 }
 
 TEST(PoseColumns, FieldsOfRosAreNames) {

@@ -153,6 +153,24 @@ TEST_F(CheckLogs, FilesOfPosesHaveOneTimeOffsetOrEachItsOwn) {
               ::testing::AllOf(HasSubstr("The time offset was estimated"), Not(HasSubstr("files together"))));
 }
 
+TEST_F(CheckLogs, FactorsOfRowsWithAllStatesSaySo) {
+  std::mt19937 bits(9);
+  std::normal_distribution<double> normal;
+  std::string text = "run,step,error.a.x,error.b.x,P.1.1,P.1.2,P.2.2\n";
+  for (int run = 0; run < 12; ++run) {
+    for (int k = 1; k <= 50; ++k) {
+      text += fmt::format("{},{},{},", run, k, normal(bits));
+      text += k > 20 ? fmt::format("{},1,0,1\n", normal(bits)) : ",1,,\n";
+    }
+  }
+  folder_.write("late.csv", text);
+  const std::string file = (folder_ / "late.csv").string();
+  EXPECT_THAT(check_logs({&file, 1}).text(),
+              HasSubstr("These factors are of the 360 rows that have all states, of 600."));
+  const std::string good = (folder_ / "good").string();
+  EXPECT_THAT(check_logs({&good, 1}).text(), Not(HasSubstr("These factors")));
+}
+
 TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
   static constexpr std::atomic<bool> kStop{true};
   const std::string good = (folder_ / "good").string();
