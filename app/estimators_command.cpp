@@ -94,6 +94,8 @@ void add_estimators_command(CLI::App& app) {
       ->delimiter(',')
       ->check(CLI::IsMember(names));
   add_common_options(*command, *options);
+  command->get_option("--fail-on-inconsistent")
+      ->description("exit with 1 when an estimator's pose is optimistic, by its own interval");
   static constexpr const char* kExamples[] = {
       "credence estimators ukfm_slam2d --out out/estimators",
       "credence estimators huang_ring --estimators ekf,ideal,fej --runs 1000",

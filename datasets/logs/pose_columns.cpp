@@ -75,6 +75,7 @@ class NamedColumns {
       // In the order of their numbers: a header that was sorted as text has 10 before 2.
       std::ranges::sort(counted);
       std::vector<std::size_t> columns;
+      columns.reserve(counted.size());
       for (const auto& [number, column] : counted) columns.push_back(column);
       return columns;
     }
