@@ -76,9 +76,9 @@ void add_output_options(CLI::App& command, CommonOptions& options) {
   add_print_options(command, options);
 }
 
-void add_print_options(CLI::App& command, CommonOptions& options) {
+void add_print_options(CLI::App& command, CommonOptions& options, const std::vector<std::string>& formats) {
   command.add_option("--format", options.format, "what is printed on stdout")
-      ->check(CLI::IsMember({"text", "json", "latex"}))
+      ->check(CLI::IsMember(formats))
       ->capture_default_str();
   command.add_flag("--quiet", options.quiet, "no progress on stderr");
 }

@@ -50,7 +50,8 @@ void add_figures_option(CLI::App& command, CommonOptions& options);
 void add_output_options(CLI::App& command, CommonOptions& options);
 
 /// Declares --format and --quiet, of a command that writes no report.
-void add_print_options(CLI::App& command, CommonOptions& options);
+void add_print_options(CLI::App& command, CommonOptions& options,
+                       const std::vector<std::string>& formats = {"text", "json", "latex"});
 
 /// Declares --runs, --steps and --seed.
 void add_study_options(CLI::App& command, CommonOptions& options);

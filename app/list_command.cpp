@@ -65,10 +65,7 @@ void add_list_command(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
   command->add_option("what", options->what, "only these")
       ->check(CLI::IsMember({"scenarios", "worlds", "commands"}));
-  command->add_option("--format", options->format, "what is printed on stdout")
-      ->check(CLI::IsMember({"text", "json"}))
-      ->capture_default_str();
-  command->add_flag("--quiet", options->quiet, "no progress on stderr");
+  add_print_options(*command, *options, {"text", "json"});
   static constexpr const char* kExamples[] = {"credence list", "credence list scenarios --format json"};
   command->footer(examples(kExamples));
   command->callback([options, &app] { throw ExitStatus{list(app, *options)}; });

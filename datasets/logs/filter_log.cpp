@@ -23,8 +23,6 @@ namespace {
 // A step beyond this is a mistake, and would ask for gigabytes; and so is one far beyond the rows there are.
 constexpr std::int64_t kLargestStep = 10'000'000;
 constexpr std::int64_t kLargestGap = 100'000, kLargestStepsPerRow = 100;
-// A time in s beyond this is in nanoseconds, as of 1970.
-constexpr double kNanoseconds = 1e16;
 // How far the two triangles of a full covariance may differ, in units of the standard deviations.
 constexpr double kAsymmetry = 1e-6;
 
@@ -130,7 +128,7 @@ void FilterLogReader::check_order() {
   }
   if (header_.time >= 0) {
     double time = field(header_.time, "time");
-    if (time > kNanoseconds) time *= 1e-9;
+    if (time > kLargestSeconds) time *= 1e-9;
     if (!run_began_ && !(time > time_)) {
       lines_.fail(
           fmt::format("time {} does not increase: the row before has {}; a run that begins anew is told "

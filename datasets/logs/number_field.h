@@ -11,6 +11,9 @@ namespace credence::internal {
 /// characters, an empty field).
 std::optional<double> parse_finite(std::string_view field);
 
+/// A time of a text that is larger is in nanoseconds, as those since 1970.
+inline constexpr double kLargestSeconds = 1e16;
+
 /// What of a text may stand in an error message: its beginning, without control characters.
 std::string shown_field(std::string_view text);
 

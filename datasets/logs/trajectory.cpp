@@ -78,10 +78,9 @@ class PoseRows {
   }
 
   double time_s() const {
-    constexpr double kNanosecondsSince1970 = 1e16;  // what is beyond is not of seconds
     const double time = columns_.seconds_per_unit * number(columns_.time);
     if (columns_.nanoseconds) return time + 1e-9 * number(*columns_.nanoseconds);
-    return columns_.commas && time > kNanosecondsSince1970 ? 1e-9 * time : time;
+    return columns_.commas && time > kLargestSeconds ? 1e-9 * time : time;
   }
 
   void fill(PoseCovariance& P, Index first, Index n, const std::vector<std::size_t>& columns) const {

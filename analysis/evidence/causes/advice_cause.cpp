@@ -105,8 +105,7 @@ std::string_view to_string(Cause cause) {
              "observable";
     case Cause::linearisation_or_bias:
       return "the filter's linearisation at its own estimates, or a bias, of a sensor, a lever arm or the "
-             "model; "
-             "one run cannot tell which";
+             "model; one run cannot tell which";
     case Cause::process_noise_or_linearisation:
       return "process noise Q assumed too small, or the linearisation of the motion";
     case Cause::covariance_scale: return "the scale of the covariance";

@@ -67,7 +67,7 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     f.whiteness_nis = s.nis.mean / s.nis.expected;
   }
   f.not_white = f.not_white || not_white;
-  if (s.components.reason.empty() && speaks(j, of_sensor(kComponents, s))) {
+  if (speaks(j, of_sensor(kComponents, s))) {
     const auto wrong = wrong_component_of(sums, s);
     const auto size = [](const Findings::WrongComponent& of) { return std::abs(std::log(of.factor.mean)); };
     if (wrong && (!f.wrong_component || size(*wrong) > size(*f.wrong_component))) f.wrong_component = wrong;

@@ -110,9 +110,9 @@ RunInnovations::Settled RunInnovations::settled() const {
   return settled;
 }
 
-ChangesOfRun::Comparable RunInnovations::comparable_changes(std::span<const std::size_t> seen) const {
+ChangesOfRun::Comparable RunInnovations::comparable_changes(std::span<const std::size_t> seen,
+                                                            std::size_t early) const {
   ChangesOfRun changes;
-  const std::size_t early = this->early();
   std::size_t i = 0;
   for (std::size_t k = 0; k < steps(); ++k) {
     if (at(k).empty()) continue;
@@ -125,7 +125,7 @@ ChangesOfRun::Comparable RunInnovations::comparable_changes(std::span<const std:
 void RunInnovations::add_law(std::span<const std::size_t> seen, SensorSums& sums) const {
   std::vector<double> nis;
   const std::size_t early = this->early();
-  const ChangesOfRun::Comparable changes = comparable_changes(seen);
+  const ChangesOfRun::Comparable changes = comparable_changes(seen, early);
   for (const auto& [value, dof, noise_share, change, before] : nis_) {
     sums.by_dimension[dof].add(value, dof);
     const double u = chi_square_cdf(value, static_cast<double>(dof));

@@ -43,8 +43,8 @@ class RunInnovations {
   };
   Settled settled() const;
   void add_law(std::span<const std::size_t> seen, SensorSums& sums) const;
-  /// The changes of log det P at all innovations but the early ones, which may be compared.
-  ChangesOfRun::Comparable comparable_changes(std::span<const std::size_t> seen) const;
+  /// The changes of log det P at all innovations but so many early ones, which may be compared.
+  ChangesOfRun::Comparable comparable_changes(std::span<const std::size_t> seen, std::size_t early) const;
   void add_scalars(const Sensor& sensor, const Settled& settled, SensorSums& sums) const;
   void add_pieces(const Sensor& sensor, const Settled& settled, SensorSums& sums) const;
   void add_components(const Settled& settled, SensorSums& sums) const;

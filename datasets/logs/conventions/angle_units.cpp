@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "analysis/evidence/sums/evidence.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "datasets/logs/conventions/reading_fit.h"
@@ -103,13 +104,12 @@ std::string AngleUnits::wrap_text(std::size_t i) const {
 // Where estimate, truth and P are all in degrees, e²/P is right, but for what is lost when an error is
 // wrapped.
 std::string AngleUnits::all_in_degrees_text(std::size_t i) const {
-  constexpr double kWide = std::numbers::pi / 3.0;  // a σ that leaves an angle unknown
   const State& state = states_[i];
   if (!layout_.angles[i] || state.estimates == 0 ||
       state.count < static_cast<std::int64_t>(kFewestForReading))
     return {};
   const double sigma = state.sigma / static_cast<double>(state.count);
-  if (!(std::max(-state.least, state.most) > kRadiansOfTurn && sigma > kWide)) return {};
+  if (!(std::max(-state.least, state.most) > kRadiansOfTurn && sigma > kWideAngle)) return {};
   return fmt::format(
       "{} is perhaps in degrees, estimate, truth and P, where radians are expected: its estimates go to "
       "{:.3g}, beyond a turn, and its σ is {:.3g} on average, which leaves an angle unknown.",

@@ -2,12 +2,23 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <string>
 
 namespace credence::internal {
 namespace {
+
+void expect_more_than_it_can_hold(std::span<const std::byte> frame) {
+  try {
+    unpacked(frame);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()), "more than its frame can hold");
+  }
+}
 
 TEST(PackedBytes, come_back) {
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{20'000'000}}) {
@@ -22,12 +33,7 @@ TEST(PackedBytes, a_small_frame_that_claims_a_gigabyte_is_refused) {
   for (const int byte : {0x28, 0xb5, 0x2f, 0xfd, 0xe0, 0x00, 0xe9, 0xa4, 0x35, 0, 0, 0, 0, 1, 0, 0}) {
     frame.push_back(static_cast<std::byte>(byte));
   }
-  try {
-    unpacked(frame);
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_EQ(std::string(error.what()), "more than its frame can hold");
-  }
+  expect_more_than_it_can_hold(frame);
 }
 
 // A large frame, too: the heads of its blocks say what is in them.
@@ -39,12 +45,7 @@ TEST(PackedBytes, a_damaged_size_is_seen_before_anything_is_allocated) {
   EXPECT_EQ(unpacked(frame), bytes);
   constexpr std::size_t kThirdByteOfSize = 4 + 1 + 1 + 2;  // magic, descriptor, window, of four bytes
   frame[kThirdByteOfSize] ^= std::byte{0x10};              // one million and another
-  try {
-    unpacked(frame);
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_EQ(std::string(error.what()), "more than its frame can hold");
-  }
+  expect_more_than_it_can_hold(frame);
 }
 
 TEST(PackedBytes, frames_of_every_kind_of_block_come_back) {
