@@ -12,6 +12,7 @@
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/shape/coverage.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -47,9 +48,12 @@ MeanInterval interval_of(const SkewedMoments& moments, double confidence, double
   return interval;
 }
 
-double p_value_of(const SkewedMoments& moments, double dof) {
-  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0, dof).two_sided() : kNaN;
+DirectedPValues p_values_of(const SkewedMoments& moments, double dof) {
+  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0, dof)
+                                              : DirectedPValues{kNaN, kNaN};
 }
+
+double p_value_of(const SkewedMoments& moments, double dof) { return p_values_of(moments, dof).two_sided(); }
 
 std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& units, double confidence) {
   std::vector<SigmaBin> bins;
@@ -69,7 +73,8 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
                  .rmse = std::sqrt(sums.squared / rows),
                  .rows = sums.rows,
                  .factor = interval_of(moments, confidence, 1.0),
-                 .p_value = p_value_of(moments, 1.0)};
+                 .directed = p_values_of(moments, 1.0)};
+    bin.p_value = bin.directed.two_sided();
     if (moments.count == 0) bin.factor.mean = sums.normalised / rows;
     p_values.push_back(bin.p_value);
     bins.push_back(bin);
@@ -77,6 +82,31 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
   const std::vector<double> adjusted = holm(p_values);
   for (std::size_t i = 0; i < bins.size(); ++i) bins[i].adjusted = adjusted[i];
   return bins;
+}
+
+/// Of the states with more than one range.
+ClaimedSigmaTest test_claimed_sigma(std::span<const SigmaBin> bins, std::span<const std::string> states) {
+  ClaimedSigmaTest result;
+  double tests = 0.0;
+  const auto add = [&](const SigmaBin& bin, double p_value, ClaimedSigmaTest::Side& side) {
+    if (p_value >= side.p_value) return;
+    side.p_value = p_value;
+    side.factor = bin.factor;
+    side.in = fmt::format("{} where its σ is {} to {}", state_name(states, bin.state),
+                          number_text(bin.lower, 3), number_text(bin.upper, 3));
+  };
+  for (const SigmaBin& bin : bins) {
+    const bool constant = std::ranges::count(bins, bin.state, &SigmaBin::state) == 1;
+    if (constant || std::isnan(bin.p_value)) continue;
+    tests += 1.0;
+    result.units = std::max(result.units, bin.factor.count);
+    add(bin, bin.directed.optimistic, result.optimistic);
+    add(bin, bin.directed.pessimistic, result.pessimistic);
+  }
+  for (ClaimedSigmaTest::Side* const side : {&result.optimistic, &result.pessimistic}) {
+    if (tests > 0.0) side->p_value = std::min(1.0, 2.0 * tests * side->p_value);
+  }
+  return result;
 }
 
 SkewedMoments moments_of(const UnitSums& units, double CalibrationSum::*sum) {
@@ -204,25 +234,32 @@ ProtectionLevel protection_level(std::span<const CalibrationRun> runs, std::size
 
 }  // namespace
 
+std::string state_name(std::span<const std::string> states, Index state) {
+  const auto i = static_cast<std::size_t>(state);
+  return i < states.size() ? states[i] : fmt::format("x{}", state + 1);
+}
+
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              double confidence) {
+                              std::span<const std::string> states, double confidence) {
   Calibration result;
   const UnitSums units = units_of(runs, result.units);
   result.unit_count = std::ssize(units);
+  result.confidence = confidence;
   result.conformal = conformal_factor(runs);
-  double states = 0.0;
-  for (const Block& part : parts) states += static_cast<double>(part.states.size());
+  double dim = 0.0;
+  for (const Block& part : parts) dim += static_cast<double>(part.states.size());
   for (std::size_t r = 0; r < result.protection.size(); ++r) result.protection[r] = protection_level(runs, r);
   result.stanford = stanford_cells(runs);
-  result.distance = distance_bins(runs, states, confidence);
+  result.distance = distance_bins(runs, dim, confidence);
   CalibrationSum all;
   for (const CalibrationRun& run : runs) all.merge(run.whole);
   result.rows = all.rows;
   result.bins = sigma_bins(all, units, confidence);
-  result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence, states)};
-  result.with_factor = held_out(units, states, false, confidence);
+  result.claimed_sigma = test_claimed_sigma(result.bins, states);
+  result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence, dim)};
+  result.with_factor = held_out(units, dim, false, confidence);
   if (parts.size() < 2) return result;
-  result.with_part_factors = held_out(units, states, true, confidence);
+  result.with_part_factors = held_out(units, dim, true, confidence);
   for (std::size_t a = 0; a < parts.size(); ++a) {
     SkewedMoments moments;
     for (const CalibrationSum* unit : units) moments.add(per_row(unit->marginal[a], *unit));
@@ -234,7 +271,7 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
 
 Calibration judge_calibration(CalibrationRecorder& recorder, double confidence) {
   const std::vector<CalibrationRun> runs = recorder.take();
-  return judge_calibration(runs, recorder.parts(), confidence);
+  return judge_calibration(runs, recorder.parts(), recorder.layout().states, confidence);
 }
 
 UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts) {

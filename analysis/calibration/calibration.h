@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "analysis/calibration/calibration_sums.h"
+#include "analysis/evidence/verdicts/claimed_sigma.h"
+#include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/mean/student.h"
 #include "core/nan.h"
 
@@ -25,9 +27,10 @@ struct SigmaBin {
   double lower = 0.0, upper = 0.0;   ///< of the claimed σ
   double claimed = 0.0, rmse = 0.0;  ///< root mean squares over the rows
   std::int64_t rows = 0;
-  MeanInterval factor;    ///< mean e²/σ² over units; reason: fewer than five of them came here
-  double p_value = 0.0;   ///< that it is 1; NaN without a test
-  double adjusted = 0.0;  ///< Holm over all bins
+  MeanInterval factor;  ///< mean e²/σ² over units; reason: fewer than five of them came here
+  DirectedPValues directed{kNaN, kNaN};  ///< that it is 1; NaN without a test
+  double p_value = 0.0;                  ///< two-sided
+  double adjusted = 0.0;                 ///< Holm over all bins
 };
 
 /// The factor on P in one part of the state.
@@ -83,8 +86,10 @@ struct DistanceBin {
 struct Calibration {
   std::string units;  ///< "runs", "stretches", or "" where neither will do
   std::int64_t unit_count = 0;
+  double confidence = 0.95;
   std::int64_t rows = 0;       ///< looked at: those with all states
   std::vector<SigmaBin> bins;  ///< by state, then σ
+  ClaimedSigmaTest claimed_sigma;
   PartFactor whole;
   std::vector<PartFactor> parts;  ///< none where the state is one part
   HeldOutNees with_factor, with_part_factors;
@@ -94,11 +99,15 @@ struct Calibration {
   std::vector<DistanceBin> distance;  ///< none where the way is not known
 };
 
+/// states: the names of the states, as far as they have some.
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              double confidence);
+                              std::span<const std::string> states, double confidence);
 inline Calibration judge_calibration(const CalibrationUnits& units, double confidence) {
-  return judge_calibration(units.runs, units.parts, confidence);
+  return judge_calibration(units.runs, units.parts, units.layout.states, confidence);
 }
+
+/// Its name, or "x3" where it has none.
+std::string state_name(std::span<const std::string> states, Index state);
 
 /// Of the runs of one recorder.
 Calibration judge_calibration(CalibrationRecorder& runs, double confidence);

@@ -54,6 +54,18 @@ def test_heavy_tails_are_a_verdict():
     assert "the covariance is right" in result.says
 
 
+def test_a_covariance_that_is_right_on_average_only_is_mixed():
+    random = np.random.default_rng(3)
+    claimed = np.where(random.random((40, 50, 1)) < 0.5, 2.5, 0.625)  # of 1: its mean NEES over n is 1
+    P = np.eye(2) * claimed[..., None]
+    result = credence.check(random.normal(size=(40, 50, 2)), P, names=["x", "y"])
+    assert result.verdict == "mixed"
+    assert "optimistic in" in result.says and "where its σ is 0.562 to 1.00" in result.says
+    assert "pessimistic in" in result.says and "where its σ is 1.00 to 1.78" in result.says
+    assert "By the σ that is claimed, the factor on σ² is" in str(result)
+    assert credence.check(np.sqrt(claimed) * random.normal(size=(40, 50, 2)), P).verdict == "consistent"
+
+
 def test_one_run_that_diverges_is_named():
     error, P, innovation, S = play()
     error = error.copy()

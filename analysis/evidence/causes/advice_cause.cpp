@@ -17,6 +17,7 @@ struct CauseRule {
 constexpr CauseRule kRules[] = {
     {find_rejected_innovations, false},
     {find_runs_that_are_lost, true},
+    {find_shared_noise, true},
     {find_unwrapped_angle, false},
     {find_wide_angle, false},
     {find_outliers, false},
@@ -73,6 +74,10 @@ bool takes_the_rest_for_granted(Cause cause) {
 std::string_view to_string(Cause cause) {
   switch (cause) {
     case Cause::lost_runs: return "a filter that loses its way in a few runs";
+    case Cause::shared_noise:
+      return "runs that are not independent, as several over one data set, or an error that their common "
+             "path "
+             "makes";
     case Cause::unwrapped_angle: return "an angle that is not wrapped";
     case Cause::wide_angle: return "an angle too uncertain for a Gaussian law";
     case Cause::outliers: return "outliers, such as wrong associations";

@@ -26,6 +26,10 @@ Causes find_rejection_beside(const Findings& findings);
 /// Runs of a joint P. Names lost_runs by the test of lost_runs.h, where the word is inconsistent.
 Causes find_runs_that_are_lost(const Findings& findings);
 
+/// Names shared_noise where at the same step the errors of all runs have a mean, another at every step, and
+/// scatter about it by as much less than P claims (mean_at_steps.h): a bias has the spread that P claims.
+Causes find_shared_noise(const Findings& findings);
+
 // Angles and laws: what no covariance mends, and what is no fault of the covariance (cause_rules_law.cpp).
 
 /// Innovations that are angles. Names unwrapped_angle where one lies beyond half a turn: no test, since none

@@ -125,6 +125,17 @@ Causes find_runs_that_are_lost(const Findings& findings) {
                                      lost.runs.size() == 1 ? "that run" : "those runs")}};
 }
 
+Causes find_shared_noise(const Findings& findings) {
+  const MeanAtSteps& at_steps = findings.mean_at_steps;
+  if (!at_steps.shared(cause_level(findings))) return {};
+  return {{Cause::shared_noise,
+           fmt::format("at the same step the errors of all runs have a mean, {:.2g} times what P claims in "
+                       "square and another at every step ({}), and scatter about it by {:.2g} times ({}); "
+                       "every test takes runs for independent",
+                       at_steps.square, p_value_statement(at_steps.p_value), at_steps.spread,
+                       p_value_statement(at_steps.spread_p_value))}};
+}
+
 Causes find_unwrapped_angle(const Findings& findings) {
   if (findings.unwrapped_innovations == 0) return {};
   return {{Cause::unwrapped_angle,

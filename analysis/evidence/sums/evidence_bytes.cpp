@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 10;
+constexpr std::uint32_t kFormat = 11;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -239,7 +239,7 @@ class Pass {
   }
 
   void one(Held<StretchSums>& stretches) {
-    (*this)(stretches.runs, stretches.square, stretches.means);
+    (*this)(stretches.runs, stretches.square, stretches.means, stretches.oscillating, stretches.samples);
     const Index dim = stretches.square.rows();
     require(stretches.runs >= 0 && stretches.square.cols() == dim &&
             (stretches.runs == 0 || stretches.means.mean.size() == dim));

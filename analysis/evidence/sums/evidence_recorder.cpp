@@ -254,6 +254,7 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   const Index all = std::ssize(layout_.states);
   const bool complete = whole.dof == all && step.P.rows() == all, averaged = averaged_.empty() && complete;
   if (run.law.few && !averaged) add_large(run.law, step);
+  if (run.law.few && complete) run.law.samples.add(step.error, step.variance);
   if (averaged) {
     add_averaged(run.law, step.error, step.variance, step.P);
   } else if (!averaged_.empty() && step.blocks[static_cast<std::size_t>(lead_)].dof == averaged_dim_) {

@@ -112,11 +112,13 @@ bool StretchSums::takes(Index dim) {
   return true;
 }
 
-void StretchSums::add(const RunWhitened& run) {
+void StretchSums::add(const RunWhitened& run, const RunSamples& evenly) {
   constexpr std::size_t kStretches = 10;
   const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
   if (groups == 0 || !takes(run.outer.rows())) return;
   ++runs;
+  oscillating += oscillating_share(evenly.errors());
+  samples += evenly.count();
   square += run.outer / static_cast<double>(run.squared);
   const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
   for (std::size_t i = 0; i < kStretches; ++i) {
@@ -129,6 +131,8 @@ void StretchSums::add(const RunWhitened& run) {
 void StretchSums::merge(const StretchSums& later) {
   if (later.runs == 0 || !takes(later.square.rows())) return;
   runs += later.runs;
+  oscillating += later.oscillating;
+  samples += later.samples;
   square += later.square;
   means.merge(later.means);
 }
@@ -136,7 +140,15 @@ void StretchSums::merge(const StretchSums& later) {
 bool StretchSums::stand(double effective_rows) const {
   if (runs == 0) return false;
   return standing_share(square / static_cast<double>(runs), square_of(means)) >
-         least_standing_share(square.rows(), means.count, effective_rows);
+             least_standing_share(square.rows(), means.count, effective_rows) ||
+         oscillate(effective_rows);
+}
+
+bool StretchSums::oscillate(double effective_rows) const {
+  if (runs == 0) return false;
+  const auto of_runs = static_cast<double>(runs);
+  const double rows = std::min(effective_rows, static_cast<double>(samples)) / of_runs;
+  return oscillating / of_runs > least_standing_share(square.rows(), kOscillatingStretches, rows);
 }
 
 bool StretchSums::stay() const {
@@ -220,7 +232,7 @@ void RunLaw::add_to(LawSums& sums, const std::string& of) const {
     if (of.empty()) join(correlated, sums.correlated);
     sums.whitened_means.add(averaged.mean());
   }
-  sums.stretches.add(of.empty() && averaged.steps > large.steps ? averaged : large);
+  sums.stretches.add(of.empty() && averaged.steps > large.steps ? averaged : large, samples);
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
   if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/sums/run_samples.h"
 #include "analysis/laws/shape/second_moments.h"
 #include "analysis/laws/shape/tail_weight.h"
 #include "analysis/laws/shape/vector_moments.h"
@@ -47,17 +48,19 @@ struct RunWhitened {
 };
 
 /// Averages over tenths of runs, of the errors of the whole state, whitened or, of a large one, over their σ:
-/// whether one lasts for a tenth.
+/// whether one lasts for a tenth, as it is or as an oscillation.
 struct StretchSums {
   static constexpr Index kLargest = 200;         ///< a larger state is looked at by its first ones
   static constexpr std::int64_t kMostRuns = 19;  ///< of more no stretches are compared (stretch_averages)
 
   std::int64_t runs = 0;
-  Matrix square{};        ///< Σ over the runs of the average of u uᵀ, its lower triangle
-  VectorMoments means{};  ///< of the averages
+  Matrix square{};           ///< Σ over the runs of the average of u uᵀ, its lower triangle
+  VectorMoments means{};     ///< of the averages
+  double oscillating = 0.0;  ///< Σ over the runs of oscillating_share
+  Index samples = 0;         ///< that it is of
 
   /// Of a run of fewer than ten rows nothing; of files with other states those with most count.
-  void add(const RunWhitened& run);
+  void add(const RunWhitened& run, const RunSamples& samples);
   void merge(const StretchSums& later);
   /// Whether an error lasts for tenths of the runs, or nearly so: these are then not independent, however
   /// short the correlation time of NEES is, which an error that lasts hardly shows among many that do not.
@@ -65,6 +68,8 @@ struct StretchSums {
   bool stand(double effective_rows) const;
   /// Whether one stays as it is over all of one run.
   bool stay() const;
+  /// Whether one oscillates and is not forgotten in a tenth of the runs.
+  bool oscillate(double effective_rows) const;
 
  private:
   bool takes(Index dim);
@@ -111,6 +116,7 @@ constexpr std::size_t pair_of(Index p, Index q) { return static_cast<std::size_t
 struct RunLaw {
   bool few = false;        ///< it is one of few runs, whose stretches may be compared
   RunWhitened averaged{};  ///< u = R^{-1/2} D⁻¹ e of the state, or of a block of a large one
+  RunSamples samples{};    ///< of few runs
   RunWhitened large{};  ///< D⁻¹ e of a state that is not averaged, or of rows that lack states, of few runs
   Vector normalised{};             ///< Σ D⁻¹ e of what is averaged, of all rows
   Index errors = 0;                ///< those rows

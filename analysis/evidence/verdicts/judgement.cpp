@@ -274,9 +274,9 @@ ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t
   return verdict;
 }
 
-/// NEES, NIS of each sensor and its components, which share what NIS has, the blocks, and the directions of
-/// P.
-Word word_of(const Evidence& e, const Judgement& j) {
+/// NEES, NIS of each sensor and its components, which share what NIS has, the blocks, the directions of P,
+/// and P by the σ that it claims.
+Word word_of(const Evidence& e, const JudgementContext& context, const Judgement& j) {
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
     const double each = parts[1].weight / static_cast<double>(j.sensors.size());
@@ -284,7 +284,7 @@ Word word_of(const Evidence& e, const Judgement& j) {
     for (const SensorJudgement& s : j.sensors)
       parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
   }
-  std::deque<ConsistencyVerdict> components;  // whose places stay
+  std::deque<ConsistencyVerdict> averages;  // whose places stay
   for (std::size_t i = 0; i < j.sensors.size(); ++i) {
     const SensorJudgement& sensor = j.sensors[i];
     if (!sensor.components.reason.empty()) continue;
@@ -293,16 +293,23 @@ Word word_of(const Evidence& e, const Judgement& j) {
     nis->weight *= 0.5;
     const double each = nis->weight / static_cast<double>(sensor.components.components.size());
     for (const ComponentVariance& c : sensor.components.components) {
-      components.push_back(averaged_verdict(c.p_value, c.count, c.count));
+      averages.push_back(averaged_verdict(c.p_value, c.count, c.count));
       const Index number = &c - sensor.components.components.data();
-      parts.push_back({component_name(sensor, number), &components.back(), each, false, true, true});
+      parts.push_back({component_name(sensor, number), &averages.back(), each, false, true, true});
     }
   }
-  ConsistencyVerdict directions;
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
-    directions = averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs);
-    parts.push_back({"the direction of " + second.worst, &directions, kWordDirections, true});
+    averages.push_back(averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs));
+    parts.push_back({"the direction of " + second.worst, &averages.back(), kWordDirections, true});
+  }
+  const ClaimedSigmaTest& sigma = context.claimed_sigma;
+  for (const ClaimedSigmaTest::Side* const side : {&sigma.optimistic, &sigma.pessimistic}) {
+    if (std::isnan(side->p_value)) continue;
+    DirectedPValues p{kNaN, kNaN};
+    (side == &sigma.optimistic ? p.optimistic : p.pessimistic) = side->p_value;
+    averages.push_back(averaged_verdict(p, 1, sigma.units));
+    parts.push_back({side->in, &averages.back(), 0.5 * kWordClaimedSigma, true, false, true});
   }
   Word word = join_verdicts(parts, j.confidence);
   if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
@@ -385,7 +392,9 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }
   judge_ends(e, j);
-  j.law = judge_law(e, all, j.confidence, context.margin);
+  j.law = judge_law(
+      e, all, j.confidence, context.margin,
+      std::fmin(context.claimed_sigma.optimistic.p_value, context.claimed_sigma.pessimistic.p_value));
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, context, j);
   j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, stretches, j)
@@ -394,10 +403,10 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
   j.lost = lost_runs_of(e);
-  j.word = word_of(e, j);
+  j.word = word_of(e, context, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
-    j.word = word_of(e, j);
+    j.word = word_of(e, context, j);
   }
   const bool fitted = context.truth_fit != TruthFit::none;
   if (fitted) judge_fitted(context.truth_fit, j);

@@ -13,6 +13,7 @@
 #include "analysis/evidence/causes/lost_runs.h"
 #include "analysis/evidence/sums/evidence.h"
 #include "analysis/evidence/verdicts/accuracy.h"
+#include "analysis/evidence/verdicts/claimed_sigma.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/evidence/verdicts/law_judgement.h"
 #include "analysis/evidence/verdicts/truth_fit.h"
@@ -121,6 +122,7 @@ struct JudgementContext {
   double gate = std::numeric_limits<double>::infinity();
   /// The factor on S, where more is known of it than that the innovations are white.
   std::optional<ScaleAdvice> scale_innovation{};
+  ClaimedSigmaTest claimed_sigma{};          ///< of the rows of these runs
   std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
 };
 

@@ -89,10 +89,13 @@ void leave_open(const Evidence& e, Judgement& j) {
   j.settle_nees = settle(v, false, j.effective_steps);
   v.verdict = Verdict::undecided;
   const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
-  v.reason = stands ? fmt::format("in one run an error that {} cannot be told from a wrong P",
-                                  e.law.stretches.stay()
-                                      ? fmt::format("stays as it is over all {} rows", e.first_run.size())
-                                      : fmt::format("lasts for a tenth of the {} rows", e.first_run.size()))
+  const StretchSums& stretches = e.law.stretches;
+  const char* const does = stretches.stay() ? "stays as it is over all"
+                           : stretches.oscillate(j.single->time_average.effective_steps)
+                               ? "oscillates and is not forgotten in a tenth of the"
+                               : "lasts for a tenth of the";
+  v.reason = stands ? fmt::format("in one run an error that {} {} rows cannot be told from a wrong P", does,
+                                  e.first_run.size())
                     : fmt::format("one run of {} row{} is worth {:.3g} independent ones, too few to decide",
                                   e.first_run.size(), e.first_run.size() == 1 ? "" : "s", j.effective_steps);
   if (j.settle_nees.runs > 0) {

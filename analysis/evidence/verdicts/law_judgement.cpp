@@ -98,7 +98,7 @@ ErrorMeanJudgement judge_error_mean(const Evidence& e) {
 }
 
 GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics& all,
-                                       const SecondMomentJudgement& second) {
+                                       const SecondMomentJudgement& second, double claimed_sigma) {
   GaussianityJudgement g;
   g.nees_tail_p_value = heavy_tail_p_value(e.law.nees_tails);
   g.nis_tail_p_value = heavy_tail_p_value(e.law.nis_tails);
@@ -123,6 +123,7 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   for (const BlockSums& block : e.blocks) moments.add(two_sided(block.runs.moments));
   if (second.test.reason.empty())
     moments.add(std::min(second.test.p_value.optimistic, second.test.p_value.pessimistic));
+  moments.add(claimed_sigma);
   for (const std::vector<SkewedMoments>* series : {&e.law.nees_at, &e.law.nis_at}) {
     SmallestPValue steps;
     for (const SkewedMoments& step : *series) steps.add(two_sided(step));
@@ -176,12 +177,13 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 
 }  // namespace
 
-LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, double confidence, double margin) {
+LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, double confidence, double margin,
+                       double claimed_sigma) {
   LawJudgement j;
   j.shape = judge_shape(e.law, confidence);
   j.second_moments = judge_second_moments(e, confidence);
   j.error_mean = judge_error_mean(e);
-  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments);
+  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma);
   j.equivalence = judge_equivalence(e, all_runs, confidence, margin);
   j.log_score = judge_score(e.scores.log, confidence);
   j.energy_score = judge_score(e.scores.energy, confidence);

@@ -51,8 +51,9 @@ struct GaussianityJudgement {
   double nis_tail_p_value = kNaN;
   double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
   double tail_p_value = kNaN;     ///< of all, Bonferroni
-  /// Of "the second moments are right": run means of NEES, NIS and the blocks, second moments, and the mean
-  /// of every step, none of which needs a law; Bonferroni. NaN: fewer than 20 runs.
+  /// Of "the second moments are right": run means of NEES, NIS and the blocks, second moments, P by the σ
+  /// that it claims, and the mean of every step, none of which needs a law; Bonferroni. NaN: fewer than 20
+  /// runs.
   double moments_p_value = kNaN;
   /// The larger of the standard errors of mean NEES and mean NIS over the runs, each over the mean.
   double relative_error = 0.0;
@@ -99,8 +100,9 @@ struct LawJudgement {
   std::vector<SensorPairJudgement> sensor_pairs;
 };
 
-/// all_runs: the sums of the whole study, of which the evidence may be of the first runs.
+/// all_runs: the sums of the whole study, of which the evidence may be of the first runs. claimed_sigma: the
+/// p-value of P by the σ that it claims; NaN: not tested.
 LawJudgement judge_law(const Evidence& evidence, const StudyStatistics& all_runs, double confidence,
-                       double margin);
+                       double margin, double claimed_sigma = kNaN);
 
 }  // namespace credence::internal

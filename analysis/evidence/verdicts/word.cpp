@@ -19,11 +19,10 @@ std::array<DirectedTest, 2> directions(const ConsistencyVerdict& v) {
           DirectedTest{Departure::pessimistic, 0.5 * v.pessimistic_p_value}};
 }
 
-/// The part that says most in one direction: of the state before NEES and NIS, since it says where, and a
-/// component of innovations last.
+/// The part that says most in one direction: of the state before NEES and NIS, since it says where.
 const WordPart* foremost(std::span<const WordPart> parts, const JointTests& joint, std::size_t side,
                          double alpha) {
-  const auto rank = [](const WordPart& part) { return part.says_where ? 0 : part.of_component ? 2 : 1; };
+  const auto rank = [](const WordPart& part) { return part.named_last ? 2 : part.says_where ? 0 : 1; };
   for (const int of_rank : {0, 1, 2}) {
     const WordPart* best = nullptr;
     double smallest = alpha;
@@ -101,12 +100,12 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
     const double up = joint.adjusted[i][0], down = joint.adjusted[i][1];
     const ConsistencyVerdict& v = *parts[i].verdict;
     if (!parts[i].of_innovations && (up <= alpha || down <= alpha)) word.of_S_alone = false;
-    const bool no_data = std::isnan(up);
+    const bool no_data = std::isnan(up) && std::isnan(down);
     const bool open = v.verdict == Verdict::undecided;
     undecided = undecided || (open && v.count > 0 && !parts[i].says_where);
     word.joined.push_back({parts[i].name,
                            no_data || open ? Verdict::undecided : direction_of(up <= alpha, down <= alpha),
-                           no_data ? kNaN : std::min(up, down)});
+                           std::fmin(up, down)});
   }
   if (word.verdict == Verdict::consistent && undecided) word.verdict = Verdict::undecided;
   return word;

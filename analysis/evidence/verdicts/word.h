@@ -9,18 +9,19 @@
 
 namespace credence::internal {
 
-/// Shares of the level that NEES, NIS, all blocks together and the directions of P have in the word, of those
-/// with data.
-inline constexpr double kWordNees = 0.4, kWordNis = 0.2, kWordBlocks = 0.4, kWordDirections = 0.1;
+/// Shares of the level that NEES, NIS, all blocks together, the directions of P, and P by the σ that it
+/// claims have in the word, of those with data.
+inline constexpr double kWordNees = 0.4, kWordNis = 0.2, kWordBlocks = 0.4, kWordDirections = 0.1,
+                        kWordClaimedSigma = 0.1;
 
 /// One verdict on its way into the word.
 struct WordPart {
   std::string name;                     ///< "NEES", "NIS", or of a block or direction
-  const ConsistencyVerdict* verdict{};  ///< its p-values alone
+  const ConsistencyVerdict* verdict{};  ///< its p-values alone; of a direction that is no part of it NaN
   double weight = 1.0;                  ///< its share of the level
   bool says_where = false;              ///< a part of the state, which is named before the whole
   bool of_innovations = false;          ///< it judges S, all others P
-  bool of_component = false;            ///< of an innovation, which is named where no other part is
+  bool named_last = false;              ///< where no other part is
 };
 
 /// One verdict among those that are joined.

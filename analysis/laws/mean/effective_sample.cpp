@@ -184,6 +184,39 @@ double standing_share(const Matrix& mean_square, const Matrix& square_of_means) 
   return share.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
 }
 
+double oscillating_share(const MatrixRef& errors) {
+  constexpr Index kTenths = kOscillatingStretches / 2, kFewest = 4;
+  const Index dim = errors.rows(), rows = errors.cols() / kTenths;
+  if (rows < kFewest) return 0.0;
+  const auto used = errors.leftCols(kTenths * rows);
+  const Matrix mean_square = used * used.transpose();
+  // Half a period of a tenth apart, so that none falls between two; orthonormal columns of each.
+  Matrix waves(rows, 2 * (rows + 1));
+  for (Index j = 0; j <= rows; ++j) {
+    const double turn = std::numbers::pi * static_cast<double>(j) / static_cast<double>(rows);
+    auto cosine = waves.col(2 * j), sine = waves.col(2 * j + 1);
+    for (Index k = 0; k < rows; ++k) {
+      cosine[k] = std::cos(turn * static_cast<double>(k));
+      sine[k] = j % rows == 0 ? 0.0 : std::sin(turn * static_cast<double>(k));
+    }
+    cosine.normalize();
+    sine -= cosine * cosine.dot(sine);
+    sine.normalize();  // zeros stay
+  }
+  std::vector<Matrix> square(static_cast<std::size_t>(rows + 1), Matrix::Zero(dim, dim));
+  for (Index tenth = 0; tenth < kTenths; ++tenth) {
+    const Matrix fitted = used.middleCols(tenth * rows, rows) * waves;
+    for (Index j = 0; j <= rows; ++j) {
+      const auto both = fitted.middleCols(2 * j, 2);
+      square[static_cast<std::size_t>(j)] += both * both.transpose();
+    }
+  }
+  double largest = 0.0;
+  for (const Matrix& of_frequency : square)
+    largest = std::max(largest, standing_share(mean_square, of_frequency));
+  return largest;
+}
+
 double least_standing_share(Index directions, Index stretches, double effective_rows) {
   constexpr double kOfNees = 0.6;
   const double rows = std::max(2.0, kOfNees * effective_rows);

@@ -82,6 +82,14 @@ double unbiased_size(double length, double correlation_time);
 /// does not show it.
 double standing_share(const Matrix& mean_square, const Matrix& square_of_means);
 
+/// The same of an oscillation: how much of the mean square of the errors, in the direction where it is most,
+/// sinusoids of one frequency have that are fitted to each tenth of the run, at the frequency where it is
+/// most. An oscillation that is not damped, as of Schuler's pendulum, leaves 1, whatever its size, and its
+/// NEES has no correlation time. errors: evenly over the run, one a column; 0 with fewer than 40.
+double oscillating_share(const MatrixRef& errors);
+/// The directions in which it looks, of each tenth.
+inline constexpr Index kOscillatingStretches = 20;
+
 /// From this share on stretches of a run are not independent, where chance makes none as large. Measured on
 /// 200 runs of 200 to 2000 rows that test_single_run would test: at most 0.15 of filters that forget (1 to 12
 /// states), at least 0.66 in 99 % of a SLAM without an anchor.

@@ -2,26 +2,48 @@
 
 #include <algorithm>
 
+#include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/zero_mean.h"
 
 namespace credence::internal {
 
+bool MeanAtSteps::shared(double level) const {
+  constexpr double kLike = 3.0, kMostOfOne = 0.5;
+  const double missing = 1.0 - spread;
+  return std::max(p_value, spread_p_value) <= level && square < kLike * missing && missing < kLike * square &&
+         of_one < kMostOfOne;
+}
+
 MeanAtSteps test_mean_at_steps(const std::map<std::int64_t, VectorMoments>& whitened) {
   constexpr std::int64_t kFewest = 10;
-  double of_mean = 0.0, excess = 0.0, least = 1.0, steps = 0.0;
+  MeanAtSteps result;
+  double of_mean = 0.0, excess = 0.0, steps = 0.0, spread = 0.0, dim = 0.0, squares = 0.0;
+  Vector sum;
   for (const auto& [step, errors] : whitened) {
     if (errors.count < kFewest && errors.count <= errors.mean.size()) continue;
     const ZeroMeanTest test = test_zero_mean(errors);
     if (!test.reason.empty()) continue;
-    const auto runs = static_cast<double>(errors.count);
-    const double square = errors.mean.squaredNorm(), spread = errors.scatter.trace();
-    of_mean += square - spread / (runs * (runs - 1.0));
-    excess += square + spread / runs - static_cast<double>(errors.mean.size());
-    least = std::min(least, test.p_value);
+    const auto runs = static_cast<double>(errors.count), n = static_cast<double>(errors.mean.size());
+    const double square = errors.mean.squaredNorm(), scatter = errors.scatter.trace();
+    of_mean += square - scatter / (runs * (runs - 1.0));
+    excess += square + scatter / runs - n;
+    result.p_value = std::min(result.p_value, test.p_value);
+    result.spread_p_value = std::min(result.spread_p_value, chi_square_cdf(scatter, (runs - 1.0) * n));
+    spread += scatter / (runs - 1.0);
+    dim += n;
+    squares += square;
+    if (sum.size() != errors.mean.size()) sum = Vector::Zero(errors.mean.size());
+    sum += errors.mean;
     steps += 1.0;
   }
-  return {.explained = excess > 0.0 ? std::max(0.0, of_mean) / excess : 0.0,
-          .p_value = std::min(1.0, steps > 0.0 ? steps * least : 1.0)};
+  if (steps == 0.0) return {};
+  result.explained = excess > 0.0 ? std::max(0.0, of_mean) / excess : 0.0;
+  result.p_value = std::min(1.0, steps * result.p_value);
+  result.spread_p_value = std::min(1.0, steps * result.spread_p_value);
+  result.square = std::max(0.0, of_mean) / dim;
+  result.of_one = squares > 0.0 ? sum.squaredNorm() / (steps * squares) : 1.0;
+  result.spread = spread / dim;
+  return result;
 }
 
 }  // namespace credence::internal

@@ -132,12 +132,16 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
                       lost.runs.size() == 1 ? "run" : "runs", of)};
 }
 
-void judge_collected(Evidence evidence, CalibrationUnits calibration, const JudgementContext& context,
+void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      bool explained, CheckedLogs& logs) {
-  if (evidence.law.errors_stand()) calibration.keep_whole_runs();
+  double effective_rows = 0.0;
+  for (const CalibrationRun& run : calibration.runs) effective_rows += run.effective_rows;
+  if (evidence.law.errors_stand() || evidence.law.stretches.stand(effective_rows))
+    calibration.keep_whole_runs();
+  logs.calibration = judge_calibration(calibration, context.confidence);
+  context.claimed_sigma = logs.calibration.claimed_sigma;
   logs.analysis = analyse_logs(std::move(evidence), context);
   Judgement& judgement = logs.analysis.judgement;
-  logs.calibration = judge_calibration(calibration, context.confidence);
   logs.units = unit_factors(calibration);
   if (logs.calibration.unit_count > 0 && judgement.nees.factor.reason.empty())
     logs.calibration.whole.factor = judgement.nees.factor;

@@ -57,7 +57,7 @@ struct CheckedLogs {
 /// over whole runs (LawSums::errors_stand) these are the units of `calibration`. The factor on the whole P is
 /// that of the verdict on NEES, where it has one. Where a remark names a mistake of the log, so that its
 /// errors are `explained`, what they alone tell is no likely cause.
-void judge_collected(Evidence evidence, CalibrationUnits calibration, const JudgementContext& context,
+void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      bool explained, CheckedLogs& logs);
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 
@@ -14,11 +15,6 @@ namespace {
 std::string factor_text(const MeanInterval& factor) {
   return factor.reason.empty() ? interval_text(factor.mean, factor.lower, factor.upper)
                                : number_text(factor.mean, 3);
-}
-
-std::string state_name(std::span<const std::string> states, Index state) {
-  const auto i = static_cast<std::size_t>(state);
-  return i < states.size() ? states[i] : fmt::format("x{}", state + 1);
 }
 
 std::string conformal_sentence(const ConformalFactor& c) {
@@ -43,6 +39,17 @@ std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLe
       shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
       number_text(shown.upper_limit, 2), number_text(last.risk, 1),
       static_cast<std::int64_t>(std::ceil(last.needed_rows)));
+}
+
+/// Where the factor on the variance of a state is clearly not 1, if that depends on the σ that is claimed.
+std::string claimed_sigma_sentence(const ClaimedSigmaTest& test, double level) {
+  std::string text;
+  for (const ClaimedSigmaTest::Side* const side : {&test.optimistic, &test.pessimistic}) {
+    if (!(side->p_value <= level)) continue;
+    append_item(text, fmt::format("{} in {} ({})", factor_text(side->factor), side->in,
+                                  p_value_statement(side->p_value)));
+  }
+  return text.empty() ? text : fmt::format("By the σ that is claimed, the factor on σ² is {}.", text);
 }
 
 /// "NEES over n by distance travelled: 0 to 64 m 1.02 (0.98 … 1.07), …": four places along the way.
@@ -130,6 +137,8 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
     }
     sentences.push_back(text + ".");
   }
+  if (std::string text = claimed_sigma_sentence(c.claimed_sigma, 1.0 - c.confidence); !text.empty())
+    sentences.push_back(std::move(text));
   if (std::string text = conformal_sentence(c.conformal); !text.empty()) sentences.push_back(std::move(text));
   if (c.protection.front().rows > 0)
     sentences.push_back(protection_sentence(c.protection[1], c.protection.back()));

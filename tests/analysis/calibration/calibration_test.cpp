@@ -53,7 +53,7 @@ Played play(std::uint64_t seed, int runs, int rows, const Eigen::Vector3d& F, do
 }
 
 Calibration judged(const Played& played, double confidence = 0.95) {
-  return judge_calibration(played.runs, played.parts, confidence);
+  return judge_calibration(played.runs, played.parts, {}, confidence);
 }
 
 const Eigen::Vector3d kRight = Eigen::Vector3d::Ones();
@@ -124,6 +124,54 @@ TEST(Calibration, FactorsOfPartsAreFoundAndHoldOnWhatWasLeftOut) {
   EXPECT_EQ(c.bins.size(), 6U);
 }
 
+/// 40 runs of 20 rows of one state whose σ is drawn anew for each row, 0.5 or 2: what the errors have of it.
+Calibration by_sigma(std::uint64_t seed, double of_small, double of_large, bool varies = true) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_int_distribution<int> coin(0, 1);
+  CalibrationRecorder recorder;
+  for (int run = 0; run < 40; ++run) {
+    recorder.begin_run({.states = {"x"}, .angles = {false}}, "run");
+    for (int k = 0; k < 20; ++k) {
+      const bool small = coin(random) == 0;
+      const double sigma = small || !varies ? 0.5 : 2.0;
+      Step step;
+      step.step = k + 1;
+      step.states = {0};
+      step.error = Vector::Constant(1, (small ? of_small : of_large) * sigma * normal(random));
+      step.P = Matrix::Constant(1, 1, sigma * sigma);
+      recorder.add(step);
+    }
+  }
+  const std::vector<CalibrationRun> runs = recorder.take();
+  return judge_calibration(runs, recorder.parts(), recorder.layout().states, 0.95);
+}
+
+// ½ · 1.6 + ½ · 0.4 = 1, and yet every row is wrong.
+TEST(Calibration, ClaimedSigmaTellsWhatIsRightOnAverage) {
+  const Calibration c = by_sigma(5, std::sqrt(1.6), std::sqrt(0.4));
+  EXPECT_LT(c.whole.factor.lower, 1.0);
+  EXPECT_GT(c.whole.factor.upper, 1.0);
+  EXPECT_LT(c.claimed_sigma.optimistic.p_value, 1e-6);
+  EXPECT_EQ(c.claimed_sigma.optimistic.in, "x where its σ is 0.316 to 0.562");
+  EXPECT_NEAR(c.claimed_sigma.optimistic.factor.mean, 1.6, 0.57);  // 5 √(2/400) of it
+  EXPECT_LT(c.claimed_sigma.pessimistic.p_value, 1e-6);
+  EXPECT_EQ(c.claimed_sigma.pessimistic.in, "x where its σ is 1.78 to 3.16");
+  EXPECT_EQ(c.claimed_sigma.units, 40);
+}
+
+// Of the ranges of a right filter one rejects as often as said, and one range alone is that of NEES.
+TEST(Calibration, ClaimedSigmaHoldsItsLevel) {
+  int rejected = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    const ClaimedSigmaTest test = by_sigma(seed, 1.0, 1.0).claimed_sigma;
+    rejected += std::min(test.optimistic.p_value, test.pessimistic.p_value) <= 0.05 ? 1 : 0;
+  }
+  EXPECT_LE(rejected, 41);  // 20 and 5 standard errors of a binomial(400, 0.05)
+  EXPECT_GT(rejected, 0);
+  EXPECT_TRUE(std::isnan(by_sigma(1, 3.0, 3.0, false).claimed_sigma.optimistic.p_value));
+}
+
 // One run of a correlated error: its stretches are units, and 100 right runs are refused as often as said.
 TEST(Calibration, OneRunIsJudgedByItsStretches) {
   int refused = 0, judged_runs = 0;
@@ -153,7 +201,7 @@ TEST(Calibration, TheConformalFactorCoversFurtherRuns) {
   constexpr int kSets = 100;
   for (std::uint64_t seed = 1; seed <= kSets; ++seed) {
     const Played played = play(seed, 41, 20, kRight, 0.5, 3.0);
-    const Calibration c = judge_calibration(std::span(played.runs).first(40), played.parts, 0.95);
+    const Calibration c = judge_calibration(std::span(played.runs).first(40), played.parts, {}, 0.95);
     covered += played.runs.back().coverage_factor <= c.conformal.factor ? 1 : 0;
   }
   EXPECT_GE(covered, 84);  // 95 less 5 standard errors of a binomial(100, 0.95)
@@ -192,7 +240,7 @@ Calibration on_the_way(double factor) {
       recorder.add(step, 0.5 * k);
     }
   }
-  return judge_calibration(recorder.take(), recorder.parts(), 0.95);
+  return judge_calibration(recorder.take(), recorder.parts(), {}, 0.95);
 }
 
 TEST(Calibration, NeesOverTheWayTellsFromWhereOnPIsWrong) {

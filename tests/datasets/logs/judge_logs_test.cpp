@@ -139,8 +139,7 @@ TEST(JudgeLogs, AnyMixtureOfFilesIsJudged) {
       files[std::to_string(100 * mixture + i)] = file;
     }
     LogJudgeResult result = judge_files(files);
-    const Calibration calibration =
-        judge_calibration(result.calibration.runs, result.calibration.parts, 0.95);
+    const Calibration calibration = judge_calibration(result.calibration, 0.95);
     EXPECT_TRUE(std::isfinite(calibration.whole.factor.mean));
     accused += is_inconsistent(judge(result.evidence).word.verdict) ? 1 : 0;
   }

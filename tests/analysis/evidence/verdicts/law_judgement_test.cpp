@@ -131,6 +131,23 @@ TEST(LawJudgement, HeavyTailsDoNotExcuseAWrongCovariance) {
   EXPECT_LT(j.law.gaussianity.moments_p_value, 1e-3);
 }
 
+// Of errors with heavy tails, P is not called right where it is wrong by the σ that it claims.
+TEST(LawJudgement, HeavyTailsDoNotExcuseACovarianceThatIsWrongByItsSigma) {
+  const Evidence e = errors_of(Matrix::Identity(2, 2), Matrix::Identity(2, 2), 200, 20, heavy(4));
+  JudgementContext context;
+  context.claimed_sigma = {.optimistic = {"x where its σ is 1 to 2", 1e-6, {}},
+                           .pessimistic = {"y where its σ is 2 to 3", 1e-5, {}},
+                           .units = 200};
+  const Judgement j = judge(e, context);
+  EXPECT_EQ(j.word.verdict, Verdict::mixed);
+  EXPECT_EQ(j.word.says, "optimistic in x where its σ is 1 to 2; pessimistic in y where its σ is 2 to 3");
+  for (const CauseFound& cause : j.causes) EXPECT_NE(cause.cause, Cause::heavy_tails);
+  // At its share of the level it counts: 0.05 of 0.05 over the 0.6 of the parts with data at hand.
+  context.claimed_sigma.optimistic.p_value = context.claimed_sigma.pessimistic.p_value = 0.04;
+  EXPECT_FALSE(is_inconsistent(judge(e, context).word.verdict) &&
+               judge(e, context).word.says.find("its σ") != std::string::npos);
+}
+
 TEST(LawJudgement, OneWrongStepIsNotCalledHeavyTails) {
   RunLayout layout{.states = {"a"}, .angles = {false}};
   EvidenceRecorder recorder(layout);

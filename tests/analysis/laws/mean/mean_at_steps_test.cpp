@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace credence::internal {
 namespace {
 
@@ -29,6 +32,36 @@ TEST(MeanAtSteps, IsAShareOfTheExcess) {
 TEST(MeanAtSteps, OfAWrongCovarianceIsNone) {
   EXPECT_EQ(test_mean_at_steps({{1, four_runs(0.1, 60.0)}}).explained, 0.0);
   EXPECT_EQ(test_mean_at_steps({{1, four_runs(0.5, 0.6)}}).explained, 0.0);
+}
+
+/// 20 runs of 2 components at steps 1, 2, 4, …, 512: √ρ of their noise is the same, and a bias is added.
+MeanAtSteps of_runs(double shared, double bias, double size, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const auto draw = [&] { return Vector::NullaryExpr(2, [&] { return normal(random); }).eval(); };
+  std::map<std::int64_t, VectorMoments> whitened;
+  for (std::int64_t step = 1; step <= 512; step *= 2) {
+    const Vector same = draw();
+    for (int run = 0; run < 20; ++run)
+      whitened[step].add(
+          size * (std::sqrt(shared) * same + std::sqrt(1.0 - shared) * draw() + Vector::Constant(2, bias)));
+  }
+  return test_mean_at_steps(whitened);
+}
+
+TEST(MeanAtSteps, TellsNoiseThatRunsShareFromABias) {
+  int shared = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    shared += of_runs(0.5, 0.0, 1.0, seed).shared(0.003) ? 1 : 0;
+    EXPECT_FALSE(of_runs(0.0, 0.0, 1.0, seed).shared(0.003)) << seed;  // right
+    EXPECT_FALSE(of_runs(0.0, 1.0, 1.0, seed).shared(0.003)) << seed;  // a bias
+    EXPECT_FALSE(of_runs(0.0, 1.0, 0.7, seed).shared(0.003)) << seed;  // of a P that is too large
+    EXPECT_FALSE(of_runs(0.0, 0.0, 0.5, seed).shared(0.003)) << seed;  // no mean
+  }
+  EXPECT_GE(shared, 38);
+  const MeanAtSteps half = of_runs(0.5, 0.0, 1.0, 1);
+  EXPECT_NEAR(half.spread, 0.5, 0.19);  // 5 standard errors of 380 squares
+  EXPECT_NEAR(half.square, 0.5, 0.8);   // of 20
 }
 
 TEST(MeanAtSteps, NeedsMoreRunsThanComponents) {

@@ -42,6 +42,22 @@ TEST(CalibrationSentences, TheClearestSignIsOfALengthThatWasTested) {
   EXPECT_THAT(of_lengths({}), IsEmpty());
 }
 
+TEST(CalibrationSentences, ByClaimedSigmaWhatRejectsIsTold) {
+  Calibration calibration;
+  ClaimedSigmaTest& test = calibration.claimed_sigma;
+  EXPECT_THAT(calibration_sentences(calibration), IsEmpty());  // nothing was tested
+  test.optimistic = {"vx where its σ is 0.100 to 0.178", 0.001, {.mean = 2.5, .lower = 2.0, .upper = 3.0}};
+  test.pessimistic = {"vx where its σ is 1.00 to 1.78", 0.2, {.mean = 0.9, .lower = 0.8, .upper = 1.1}};
+  EXPECT_THAT(
+      calibration_sentences(calibration),
+      ElementsAre("By the σ that is claimed, the factor on σ² is 2.50 (2.00 … 3.00) in vx where its σ "
+                  "is 0.100 to 0.178 (p = 0.00100)."));
+  test.pessimistic.p_value = 0.04;
+  EXPECT_THAT(
+      calibration_sentences(calibration)[0],
+      HasSubstr("(p = 0.00100), 0.900 (0.800 … 1.10) in vx where its σ is 1.00 to 1.78 (p = 0.0400)."));
+}
+
 // As of errors that are all zero: any factor is 0 of 0.
 TEST(CalibrationSentences, WhatWasLeftOutIsToldWhereItHasAMean) {
   Calibration calibration;

@@ -1,0 +1,18 @@
+#include "analysis/evidence/sums/run_samples.h"
+
+namespace credence::internal {
+
+void RunSamples::add(const Vector& error, const Vector& variance) {
+  const Index dim = error.size();
+  if (rows_ == 0 && dim <= kLargest) samples_.resize(dim, kMost);
+  if (dim != samples_.rows() || !(variance.minCoeff() > 0.0)) return;
+  if ((rows_++ & (every_ - 1)) != 0) return;
+  if (count_ == kMost) {
+    for (Index i = 0; i < kMost / 2; ++i) samples_.col(i) = samples_.col(2 * i).eval();
+    count_ = kMost / 2;
+    every_ *= 2;
+  }
+  samples_.col(count_++) = error.array() / variance.array().sqrt();
+}
+
+}  // namespace credence::internal

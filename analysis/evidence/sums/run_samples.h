@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/types.h"
+
+namespace credence::internal {
+
+/// Errors of a run over their σ, evenly over it: every 2^k-th, k as small as kMost of them allow.
+class RunSamples {
+ public:
+  static constexpr Index kMost = 512, kLargest = 24;
+
+  /// The next row, of at most kLargest states with σ > 0, as many as in the rows before; others are left out.
+  void add(const Vector& error, const Vector& variance);
+
+  /// One a column.
+  auto errors() const { return samples_.leftCols(count_); }
+  Index count() const { return count_; }
+
+ private:
+  Matrix samples_{};
+  Index rows_ = 0, every_ = 1, count_ = 0;
+};
+
+}  // namespace credence::internal
