@@ -138,10 +138,13 @@ void StretchSums::merge(const StretchSums& later) {
 }
 
 bool StretchSums::stand(double effective_rows) const {
+  return last(effective_rows) || oscillate(effective_rows);
+}
+
+bool StretchSums::last(double effective_rows) const {
   if (runs == 0) return false;
   return standing_share(square / static_cast<double>(runs), square_of(means)) >
-             least_standing_share(square.rows(), means.count, effective_rows) ||
-         oscillate(effective_rows);
+         least_standing_share(square.rows(), means.count, effective_rows);
 }
 
 bool StretchSums::oscillate(double effective_rows) const {

@@ -68,11 +68,12 @@ struct StretchSums {
   bool stand(double effective_rows) const;
   /// Whether one stays as it is over all of one run.
   bool stay() const;
-  /// Whether one oscillates and is not forgotten in a tenth of the runs.
-  bool oscillate(double effective_rows) const;
+  /// Whether one lasts for tenths as it is; where errors stand and none does, one oscillates.
+  bool last(double effective_rows) const;
 
  private:
   bool takes(Index dim);
+  bool oscillate(double effective_rows) const;
 };
 
 /// The largest map whose errors are averaged whole: of a larger one not every step is whitened, and a study

@@ -91,9 +91,9 @@ void leave_open(const Evidence& e, Judgement& j) {
   const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
   const StretchSums& stretches = e.law.stretches;
   const char* const does = stretches.stay() ? "stays as it is over all"
-                           : stretches.oscillate(j.single->time_average.effective_steps)
-                               ? "oscillates and is not forgotten in a tenth of the"
-                               : "lasts for a tenth of the";
+                           : stretches.last(j.single->time_average.effective_steps)
+                               ? "lasts for a tenth of the"
+                               : "oscillates and is not forgotten in a tenth of the";
   v.reason = stands ? fmt::format("in one run an error that {} {} rows cannot be told from a wrong P", does,
                                   e.first_run.size())
                     : fmt::format("one run of {} row{} is worth {:.3g} independent ones, too few to decide",

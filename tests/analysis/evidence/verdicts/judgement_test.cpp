@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 
 #include "analysis/evidence/sums/evidence_recorder.h"
@@ -440,6 +441,42 @@ Evidence large_state(int runs, std::int64_t steps, double memory, double factor,
     }
   }
   return sums.take();
+}
+
+/// Of an exact filter, whose two states oscillate undamped with a period of 50 rows.
+Evidence oscillating(int runs, std::int64_t rows, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  EvidenceRecorder recorder({.states = {"a", "b"}, .angles = {false, false}});
+  Step step;
+  step.states = {0, 1};
+  step.P = Matrix::Identity(2, 2);
+  for (int run = 0; run < runs; ++run) {
+    recorder.begin_run();
+    const Vector cosine = Vector::NullaryExpr(2, [&] { return normal(random); });
+    const Vector sine = Vector::NullaryExpr(2, [&] { return normal(random); });
+    for (std::int64_t k = 1; k <= rows; ++k) {
+      const double turn = 2.0 * std::numbers::pi * static_cast<double>(k) / 50.0;
+      step.step = k;
+      step.error = std::cos(turn) * cosine + std::sin(turn) * sine;
+      recorder.add(step);
+    }
+  }
+  return recorder.take();
+}
+
+// NEES of a wave has no correlation time, so that stretches of the run seemed independent: 40 of 40 such runs
+// were accused.
+TEST(Judgement, AnErrorThatOscillatesUndampedLeavesOneRunUndecided) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Judgement one = judge(oscillating(1, 500, seed));
+    EXPECT_EQ(one.word.verdict, Verdict::undecided) << seed;
+    EXPECT_NE(
+        one.nees.reason.find("an error that oscillates and is not forgotten in a tenth of the 500 rows"),
+        std::string::npos)
+        << one.nees.reason;
+    EXPECT_EQ(judge(oscillating(2, 500, seed)).word.verdict, Verdict::consistent) << seed;
+  }
 }
 
 // Beyond twelve states an error that lasts is found wherever it is: 26 % of such runs of 500 rows were

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <span>
 #include <stdexcept>
@@ -269,6 +270,40 @@ TEST(StandingShare, IsTheLargestOfAnyDirection) {
   EXPECT_EQ(standing_share(A, Matrix::Zero(2, 2)), 0.0);
   EXPECT_EQ(standing_share(Matrix::Zero(2, 2), Matrix::Zero(2, 2)), 0.0);
   EXPECT_EQ(standing_share(Matrix(0, 0), Matrix(0, 0)), 0.0);
+}
+
+/// Waves of 47 rows and this phase, the second state with `white` of white noise in square.
+Matrix waves(double phase, double white, double size = 1.0) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  Matrix errors(2, 500);
+  for (Index k = 0; k < errors.cols(); ++k) {
+    const double turn = 2.0 * std::numbers::pi * static_cast<double>(k) / 47.0 + phase;
+    errors(0, k) = normal(random);
+    errors(1, k) =
+        size * (std::sqrt(2.0 * (1.0 - white)) * std::sin(turn) + std::sqrt(white) * normal(random));
+  }
+  return errors;
+}
+
+// A wave of 47 rows is 1.06 of the 50 of a tenth, 0.06 from a frequency of the grid, which takes 1 − (π
+// 0.06)²/3 of it.
+TEST(OscillatingShare, IsThatOfAWaveInItsDirection) {
+  for (const double phase : {0.0, 1.0, 2.5}) {
+    EXPECT_NEAR(oscillating_share(waves(phase, 0.0)), 0.99, 0.01) << phase;
+    EXPECT_NEAR(oscillating_share(waves(phase, 0.0, 1e-3)), 0.99, 0.01) << "however small it is";
+    // Of white noise two of 50 degrees of freedom are taken, and chance adds some.
+    EXPECT_NEAR(oscillating_share(waves(phase, 0.4)), 0.6 + 0.4 * 2.0 / 50.0, 0.06) << phase;
+  }
+  EXPECT_LT(oscillating_share(waves(0.0, 1.0)), least_standing_share(2, kOscillatingStretches, 500.0));
+}
+
+TEST(OscillatingShare, OfOneStateThatTurnsAtEveryRowIsAll) {
+  Matrix errors(1, 400);
+  for (Index k = 0; k < errors.cols(); ++k) errors(0, k) = k % 2 == 0 ? 2.0 : -2.0;
+  EXPECT_NEAR(oscillating_share(errors), 1.0, 1e-8);
+  EXPECT_EQ(oscillating_share(errors.leftCols(39)), 0.0) << "too few";
+  EXPECT_EQ(oscillating_share(Matrix(0, 0)), 0.0);
 }
 
 TEST(StandingShare, AllowsForWhatChanceLeaves) {
