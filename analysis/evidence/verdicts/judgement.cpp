@@ -360,6 +360,20 @@ void judge_fitted(TruthFit fit, Judgement& j) {
   j.word.joined.clear();
 }
 
+/// A rejected row has a P, or an error, that is none. Where many are, the others do not speak for the filter.
+void leave_rejected_open(const Evidence& e, Judgement& j) {
+  constexpr double kMost = 0.05;
+  if (j.word.verdict != Verdict::consistent && j.word.verdict != Verdict::not_gaussian) return;
+  const std::int64_t rejected = e.rejected_rows();
+  if (static_cast<double>(rejected) <= kMost * static_cast<double>(e.rows)) return;
+  const auto count = [](const auto& of_reason) { return of_reason.second.count; };
+  j.word.verdict = Verdict::undecided;
+  j.word.says.clear();
+  j.nees.reason =
+      fmt::format("{} of {} rows are rejected (most of them: {}), and the others do not speak for them",
+                  rejected, e.rows, std::ranges::max_element(e.rejected, {}, count)->first);
+}
+
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
 /// gain that is not the best one, and then the P behind it may be anything.
 void leave_coloured_open(Judgement& j) {
@@ -417,6 +431,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
   j.tests = list_tests(e, j);
   if (!e.has_truth) leave_coloured_open(j);
+  leave_rejected_open(e, j);
   if (!fitted) j.causes = find_causes(findings_of(e, j));
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;

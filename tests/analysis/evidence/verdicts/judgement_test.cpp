@@ -443,6 +443,34 @@ Evidence large_state(int runs, std::int64_t steps, double memory, double factor,
   return sums.take();
 }
 
+/// Of a right filter, every so many rows of which have a P that is none.
+Evidence with_rejected_rows(std::int64_t every) {
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  EvidenceRecorder recorder({.states = {"a", "b"}, .angles = {false, false}});
+  Step step;
+  step.states = {0, 1};
+  for (int run = 0; run < 20; ++run) {
+    recorder.begin_run();
+    for (std::int64_t k = 1; k <= 50; ++k) {
+      step.step = k;
+      step.P = Matrix{{1.0, k % every == 0 ? 2.0 : 0.0}, {k % every == 0 ? 2.0 : 0.0, 1.0}};
+      step.error = Vector::NullaryExpr(2, [&] { return normal(random); });
+      recorder.add(step);
+    }
+  }
+  return recorder.take();
+}
+
+TEST(Judgement, RowsThatAreRejectedLeaveTheWordOpen) {
+  const Judgement many = judge(with_rejected_rows(2)), few = judge(with_rejected_rows(25));
+  EXPECT_EQ(few.word.verdict, Verdict::consistent) << "4 % are told beside it";
+  EXPECT_EQ(many.word.verdict, Verdict::undecided);
+  EXPECT_EQ(many.nees.reason,
+            "500 of 1000 rows are rejected (most of them: the covariance is not positive semidefinite), and "
+            "the others do not speak for them");
+}
+
 /// Of an exact filter, whose two states oscillate undamped with a period of 50 rows.
 Evidence oscillating(int runs, std::int64_t rows, unsigned seed) {
   std::mt19937_64 random(seed);
