@@ -37,6 +37,7 @@ constexpr CauseRule kRules[] = {
     {find_start_beside_the_rest, true},
     {find_wrong_noise, true},
     {find_linearisation, true},
+    {find_wrong_by_claimed_sigma, true},
     {find_wrong_dof, true},
     {find_noise_by_errors, true},
     {find_joint_inconsistency, true},
@@ -113,6 +114,8 @@ std::string_view to_string(Cause cause) {
              "model; one run cannot tell which";
     case Cause::process_noise_or_linearisation:
       return "process noise Q assumed too small, or the linearisation of the motion";
+    case Cause::claimed_sigma:
+      return "the covariance where its σ is small, or where it is large: it is right on average alone";
     case Cause::covariance_scale: return "the scale of the covariance";
     case Cause::inflation: return "the deliberate inflation of the covariance";
   }

@@ -36,6 +36,7 @@ enum class Cause {
   linearisation,                   ///< a nonlinear filter gains information that is not there
   linearisation_or_bias,           ///< a single run, in which a bias cannot be told from an error that stays
   process_noise_or_linearisation,  ///< steps without an innovation make the errors too large for P
+  claimed_sigma,                   ///< P is too small in some rows and too large in others, by its σ
   covariance_scale,                ///< P is wrong by a factor, and nothing tells why
   inflation,                       ///< the filter inflates its covariance on purpose
 };

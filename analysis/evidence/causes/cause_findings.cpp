@@ -246,6 +246,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.error_mean_runs = j.law.error_mean.test.count;
   findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
   findings.block = j.responsible;
+  findings.claimed_sigma = j.claimed_sigma;
   findings.lost = j.lost;
   findings.error_correlation = test_claimed_uncorrelated(e);
   findings.nees_values = e.whole_runs.nees_values;

@@ -7,6 +7,7 @@
 
 #include "analysis/evidence/causes/advice.h"
 #include "analysis/evidence/causes/lost_runs.h"
+#include "analysis/evidence/verdicts/claimed_sigma.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/laws/correlation/block_correlation.h"
 #include "analysis/laws/correlation/error_correlation.h"
@@ -105,6 +106,7 @@ struct Findings {
   };
   GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};
+  ClaimedSigmaTest claimed_sigma = {};
   LostRuns lost = {};  ///< runs that alone are wrong
   /// Of errors that P claims to be uncorrelated, over all steps of the runs.
   std::optional<ErrorCorrelationTest> error_correlation = {};

@@ -49,6 +49,9 @@ Causes find_heavy_tails(const Findings& findings);
 /// NIS that is too small, by an end that even a law scaled to its mean has not.
 Causes find_gate(const Findings& findings);
 Causes find_perhaps_gate(const Findings& findings);
+/// Names claimed_sigma where P is too small at some σ and too large at another (calibration.h), and the
+/// interval of the factor on the whole P holds 1.
+Causes find_wrong_by_claimed_sigma(const Findings& findings);
 /// Names wrong_dof where NEES alone is inconsistent and its variance is nearer twice its mean, as of χ², than
 /// twice its mean squared over n, as of a factor, by twice on a logarithmic scale. At least 100 values.
 Causes find_wrong_dof(const Findings& findings);

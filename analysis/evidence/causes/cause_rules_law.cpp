@@ -244,6 +244,19 @@ Causes find_inflation(const Findings& findings) {
                                          findings.nis.expected)}};
 }
 
+Causes find_wrong_by_claimed_sigma(const Findings& findings) {
+  const ClaimedSigmaTest& test = findings.claimed_sigma;
+  const double level = cause_level(findings);
+  if (!(test.optimistic.p_value <= level && test.pessimistic.p_value <= level)) return {};
+  const MeanInterval& factor = findings.nees.factor;
+  if (!(factor.lower <= 1.0 && factor.upper >= 1.0)) return {};
+  const auto side = [](const ClaimedSigmaTest::Side& of) {
+    return fmt::format("{:.3g} in {} ({})", of.factor.mean, of.in, p_value_statement(of.p_value));
+  };
+  return {{Cause::claimed_sigma, fmt::format("the factor on σ² is {} and {}, and no one factor mends both",
+                                             side(test.optimistic), side(test.pessimistic))}};
+}
+
 Causes find_scale(const Findings& findings) {
   const bool nees = is_inconsistent(findings.nees.verdict);
   if (!nees && !is_inconsistent(findings.nis.verdict)) return {};

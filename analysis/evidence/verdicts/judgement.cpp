@@ -276,7 +276,7 @@ ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t
 
 /// NEES, NIS of each sensor and its components, which share what NIS has, the blocks, the directions of P,
 /// and P by the σ that it claims.
-Word word_of(const Evidence& e, const JudgementContext& context, const Judgement& j) {
+Word word_of(const Evidence& e, const Judgement& j) {
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
     const double each = parts[1].weight / static_cast<double>(j.sensors.size());
@@ -303,13 +303,13 @@ Word word_of(const Evidence& e, const JudgementContext& context, const Judgement
     averages.push_back(averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs));
     parts.push_back({"the direction of " + second.worst, &averages.back(), kWordDirections, true});
   }
-  const ClaimedSigmaTest& sigma = context.claimed_sigma;
+  const ClaimedSigmaTest& sigma = j.claimed_sigma;
   for (const ClaimedSigmaTest::Side* const side : {&sigma.optimistic, &sigma.pessimistic}) {
     if (std::isnan(side->p_value)) continue;
     DirectedPValues p{kNaN, kNaN};
     (side == &sigma.optimistic ? p.optimistic : p.pessimistic) = side->p_value;
     averages.push_back(averaged_verdict(p, 1, sigma.units));
-    parts.push_back({side->in, &averages.back(), 0.5 * kWordClaimedSigma, true, false, true});
+    parts.push_back({side->in, &averages.back(), 0.5 * kWordClaimedSigma, true});
   }
   Word word = join_verdicts(parts, j.confidence);
   if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
@@ -394,6 +394,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   Judgement j;
   j.runs = e.study.runs;
   j.confidence = context.confidence;
+  j.claimed_sigma = context.claimed_sigma;
   for (const SensorSums& sensor : e.sensors) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
   }
@@ -417,10 +418,10 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
   j.lost = lost_runs_of(e);
-  j.word = word_of(e, context, j);
+  j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
-    j.word = word_of(e, context, j);
+    j.word = word_of(e, j);
   }
   const bool fitted = context.truth_fit != TruthFit::none;
   if (fitted) judge_fitted(context.truth_fit, j);

@@ -226,7 +226,8 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   if (second.reason.empty()) {
     const double p = std::min(second.p_value.optimistic, second.p_value.pessimistic);
     sentences.push_back(
-        fmt::format("Without assuming Gaussian errors: their mean squares {} P{} ({}); the largest deviation "
+        fmt::format("Without assuming Gaussian errors: their mean squares over all rows {} P{} ({}); the "
+                    "largest deviation "
                     "is in the direction of {}, a factor of {} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty()

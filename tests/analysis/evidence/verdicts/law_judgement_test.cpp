@@ -136,8 +136,8 @@ TEST(LawJudgement, HeavyTailsDoNotExcuseAWrongCovariance) {
 TEST(LawJudgement, HeavyTailsDoNotExcuseACovarianceThatIsWrongByItsSigma) {
   const Evidence e = errors_of(Matrix::Identity(2, 2), Matrix::Identity(2, 2), 200, 20, heavy(4));
   JudgementContext context;
-  context.claimed_sigma = {.optimistic = {"x where its σ is 1 to 2", 1e-6, {}},
-                           .pessimistic = {"y where its σ is 2 to 3", 1e-5, {}},
+  context.claimed_sigma = {.optimistic = {"x where its σ is 1 to 2", 1e-9, {}},
+                           .pessimistic = {"y where its σ is 2 to 3", 1e-8, {}},
                            .units = 200};
   const Judgement j = judge(e, context);
   EXPECT_EQ(j.word.verdict, Verdict::mixed);
@@ -146,6 +146,9 @@ TEST(LawJudgement, HeavyTailsDoNotExcuseACovarianceThatIsWrongByItsSigma) {
     const auto part = std::ranges::find(of.word.joined, name, &JoinedVerdict::name);
     return part == of.word.joined.end() ? Verdict::undecided : part->verdict;
   };
+  EXPECT_EQ(j.word.says, "optimistic in x where its σ is 1 to 2; pessimistic in y where its σ is 2 to 3");
+  ASSERT_FALSE(j.causes.empty());
+  EXPECT_EQ(j.causes.front().cause, Cause::claimed_sigma);
   EXPECT_EQ(joined(j, "x where its σ is 1 to 2"), Verdict::optimistic);
   EXPECT_EQ(joined(j, "y where its σ is 2 to 3"), Verdict::pessimistic);
   // Its share of the level is small: 0.1 of 1 where NEES, blocks and directions have data, too.

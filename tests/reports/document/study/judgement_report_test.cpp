@@ -63,7 +63,8 @@ TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
   second.test.reason = {};
   second.test.p_value = {.optimistic = 0.5, .pessimistic = 0.25};
   second.worst = "x with y";
-  EXPECT_THAT(statistics_sentences(judgement).front(), HasSubstr("their mean squares agree with P (p"));
+  EXPECT_THAT(statistics_sentences(judgement).front(),
+              HasSubstr("their mean squares over all rows agree with P (p"));
   second.of = "pose";
   EXPECT_THAT(statistics_sentences(judgement).front(),
               HasSubstr("agree with P of the block pose, the only one looked at in so large a state (p"));
