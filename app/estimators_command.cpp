@@ -26,12 +26,6 @@ struct EstimatorsCommand : CommonOptions {
   EstimatorStudyOptions study;
 };
 
-bool any_optimistic(const EstimatorStudy& study) {
-  return std::ranges::any_of(study.rows, [](const EstimatorRow& row) {
-    return row.nees[static_cast<std::size_t>(EstimatorBlock::pose)].lower > 1.0;
-  });
-}
-
 /// Every point of a sweep; the cheapest that stays consistent at each.
 int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
   if (command.fail_on_inconsistent) {
@@ -69,7 +63,7 @@ int estimators(EstimatorsCommand& command) {
   const bool failed =
       std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
   if (failed) return kSomeFailed;
-  return command.fail_on_inconsistent && any_optimistic(study) ? kInconsistent : kDone;
+  return command.fail_on_inconsistent && any_inconsistent(study) ? kInconsistent : kDone;
 }
 
 }  // namespace
@@ -95,7 +89,9 @@ void add_estimators_command(CLI::App& app) {
       ->check(CLI::IsMember(names));
   add_common_options(*command, *options);
   command->get_option("--fail-on-inconsistent")
-      ->description("exit with 1 when an estimator's pose is optimistic, by its own interval");
+      ->description(
+          "exit with 1 when the pose or the map of an estimator is optimistic or pessimistic, all taken "
+          "together (Holm)");
   static constexpr const char* kExamples[] = {
       "credence estimators ukfm_slam2d --out out/estimators",
       "credence estimators huang_ring --estimators ekf,ideal,fej --runs 1000",

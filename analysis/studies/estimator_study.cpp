@@ -12,7 +12,6 @@
 #include "analysis/evidence/verdicts/accuracy.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/hall_score.h"
-#include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
 #include "core/nan.h"
@@ -32,6 +31,7 @@ constexpr std::int64_t kMostWindows = 100;
 /// Numbers kept of all windows together.
 constexpr std::int64_t kMostWindowValues = 40'000'000;
 
+constexpr std::array kJudgedBlocks = {EstimatorBlock::pose, EstimatorBlock::map};
 constexpr std::size_t at(EstimatorBlock block) { return static_cast<std::size_t>(block); }
 
 /// What is kept of one estimator in every run.
@@ -255,7 +255,7 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
   for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
     row.nees[b] = run_mean_interval(nees[b], confidence);
-    row.optimistic_p_value[b] = run_mean_p_values(nees[b], 1.0).optimistic;
+    row.p_values[b] = run_mean_p_values(nees[b], 1.0);
     row.bands[b] = band_of(sorted[b]);
   }
   const MeanInterval heading_squared = mean_square_interval(heading, confidence);
@@ -280,14 +280,17 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
 }
 
-/// Holm over all rows, of the pose and the map.
-void adjust_optimism(std::vector<EstimatorRow>& rows) {
+/// Holm over both directions of all rows, of the pose and the map.
+void adjust_p_values(std::vector<EstimatorRow>& rows) {
   std::vector<double*> places;
   std::vector<double> p_values;
   for (EstimatorRow& row : rows) {
-    for (const EstimatorBlock block : {EstimatorBlock::pose, EstimatorBlock::map}) {
-      places.push_back(&row.optimistic_p_value[at(block)]);
-      p_values.push_back(*places.back());
+    for (const EstimatorBlock block : kJudgedBlocks) {
+      DirectedPValues& p = row.p_values[at(block)];
+      for (double* place : {&p.optimistic, &p.pessimistic}) {
+        places.push_back(place);
+        p_values.push_back(*place);
+      }
     }
   }
   const std::vector<double> adjusted = holm(p_values);
@@ -435,7 +438,7 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
   study.map_stride = setting.contest->map_stride();
   study.note = setting.contest->note();
   for (std::size_t e = 0; e < kept.size(); ++e) summarise(setting, study.bound, kept[e], study.rows[e]);
-  adjust_optimism(study.rows);
+  adjust_p_values(study.rows);
   for (std::size_t a = 0; a < kept.size(); ++a) {
     for (std::size_t b = a + 1; b < kept.size(); ++b) {
       for (const bool of_position : {false, true}) {
@@ -447,6 +450,19 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
 }
 
 }  // namespace
+
+Verdict verdict_of(const EstimatorRow& row, EstimatorBlock block, double confidence) {
+  const DirectedPValues& p = row.p_values[at(block)];
+  return direction_of(p.optimistic <= 1.0 - confidence, p.pessimistic <= 1.0 - confidence);
+}
+
+bool any_inconsistent(const EstimatorStudy& study) {
+  return std::ranges::any_of(study.rows, [&](const EstimatorRow& row) {
+    return std::ranges::any_of(kJudgedBlocks, [&](EstimatorBlock block) {
+      return is_inconsistent(verdict_of(row, block, study.scenario.study.confidence));
+    });
+  });
+}
 
 EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options) {
   const StopScope scope(options.stop);

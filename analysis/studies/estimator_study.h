@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/verdicts/consistency.h"
+#include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/mean/student.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/study_statistics.h"
@@ -47,8 +49,8 @@ struct EstimatorRow {
   std::vector<RunFailure> failures;              ///< of the others
   std::vector<RunNotConverged> not_converged{};  ///< of all runs
   std::array<MeanInterval, kEstimatorBlocks> nees{};
-  /// That the mean NEES is not above 1; of pose and map by Holm over all estimators.
-  std::array<double, kEstimatorBlocks> optimistic_p_value{};
+  /// That the mean NEES is 1; of pose and map by Holm over both directions of all estimators.
+  std::array<DirectedPValues, kEstimatorBlocks> p_values{};
   std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
   MeanInterval heading_rmse_rad, position_rmse_m;
   /// The bound's mean squared error over that of the estimator; 0 where the bound is, of count 0 without one.
@@ -74,6 +76,9 @@ struct PairedDifference {
 struct LeftOutEstimator {
   std::string name, reason;
 };
+
+/// Consistent, optimistic or pessimistic: a mean NEES whose adjusted p-value is at most 1 − confidence.
+Verdict verdict_of(const EstimatorRow& row, EstimatorBlock block, double confidence);
 
 /// Those that a comparison has, each by its name.
 struct ChosenEstimators {
@@ -107,6 +112,9 @@ struct EstimatorStudyOptions {
 /// std::invalid_argument for a world that offers none (World::estimators), for an estimator that it does not
 /// have, and for a scenario that none of them takes.
 ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<std::string>& asked);
+
+/// Whether pose or map of an estimator is.
+bool any_inconsistent(const EstimatorStudy& study);
 
 /// Runs study.runs runs of the scenario with every estimator. Throws as choose_estimators, and what an
 /// estimator that is asked for throws of the scenario.

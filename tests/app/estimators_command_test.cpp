@@ -89,7 +89,7 @@ TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {
   EXPECT_NE(magic.err.find("magic"), std::string::npos);
 }
 
-// A failed run is exit code 3; an optimistic estimator is 1 where that is asked for.
+// A failed run is exit code 3; an optimistic or pessimistic estimator is 1 where that is asked for.
 TEST_F(EstimatorsCommand, ExitCodesSayWhatWasFound) {
   const Finished failed =
       run({"estimators", scenario_file("huang_annulus"), "--runs", "8", "--steps", "400", "--estimators",
@@ -99,6 +99,19 @@ TEST_F(EstimatorsCommand, ExitCodesSayWhatWasFound) {
   const Finished optimistic = run({"estimators", scenario_file("huang_annulus"), "--runs", "32",
                                    "--estimators", "ekf", "--fail-on-inconsistent"});
   EXPECT_EQ(optimistic.code, 1);
+  const auto ring = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"estimators", scenario_file("huang_ring"), "--fail-on-inconsistent", "--quiet"});
+    return run(more);
+  };
+  const Finished pessimistic = ring({"--runs", "24", "--steps", "60", "--estimators", "ekf", "--set",
+                                     "filter.process_scale=25", "--set", "filter.measurement_scale=25"});
+  EXPECT_EQ(pessimistic.code, 1);
+  EXPECT_NE(pessimistic.out.find("Pessimistic in the pose: ekf"), std::string::npos) << pessimistic.out;
+  // One of fifteen, optimistic by its own interval and not among all.
+  const Finished chance = ring({"--runs", "24", "--steps", "6", "--seed", "2"});
+  EXPECT_EQ(chance.code, 0) << chance.out;
+  EXPECT_NE(chance.out.find("No evidence against the pose of any"), std::string::npos) << chance.out;
 }
 
 // What is not asked for by its name and cannot be had is left out, and said.

@@ -93,8 +93,10 @@ Json blocks_json(const EstimatorRow& row,
   for (const auto& [name, block] : blocks) {
     json[name] = nees_interval_json(nees_of(row, block));
     const Band& band = row.bands[static_cast<std::size_t>(block)];
-    if (block == EstimatorBlock::pose || block == EstimatorBlock::map)
-      json[name]["optimistic_p_value"] = row.optimistic_p_value[static_cast<std::size_t>(block)];
+    if (block == EstimatorBlock::pose || block == EstimatorBlock::map) {
+      const DirectedPValues& p = row.p_values[static_cast<std::size_t>(block)];
+      json[name].update({{"optimistic_p_value", p.optimistic}, {"pessimistic_p_value", p.pessimistic}});
+    }
     json[name]["quantiles"] = nees_of(row, block).count > 0 ? Json(band) : Json(nullptr);
   }
   return json;
@@ -270,45 +272,54 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
 }
 
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
-  std::vector<std::string> consistent, optimistic, unknown, in_the_map;
-  const auto is_optimistic = [&](const EstimatorRow& row, EstimatorBlock block) {
-    return nees_of(row, block).lower > 1.0 &&
-           row.optimistic_p_value[static_cast<std::size_t>(block)] <= 1.0 - study.scenario.study.confidence;
-  };
+  std::vector<std::string> consistent, optimistic, pessimistic, unknown, map_optimistic, map_pessimistic;
+  const double confidence = study.scenario.study.confidence;
   for (const EstimatorRow& row : study.rows) {
     const MeanInterval &pose = nees_of(row, EstimatorBlock::pose), &map = nees_of(row, EstimatorBlock::map);
     if (row.runs == 0 || std::isnan(pose.lower)) {
       unknown.push_back(row.name);
-    } else if (is_optimistic(row, EstimatorBlock::pose)) {
-      optimistic.push_back(
-          fmt::format("{} ({} times the squared error that P claims)", row.name, number_text(pose.mean, 3)));
-    } else {
-      consistent.push_back(row.name);
-      if (is_optimistic(row, EstimatorBlock::map))
-        in_the_map.push_back(fmt::format("{} ({} times)", row.name, number_text(map.mean, 3)));
+      continue;
+    }
+    const Verdict verdict = verdict_of(row, EstimatorBlock::pose, confidence);
+    if (is_inconsistent(verdict)) {
+      (verdict == Verdict::optimistic ? optimistic : pessimistic)
+          .push_back(fmt::format("{} ({} times the squared error that P claims)", row.name,
+                                 number_text(pose.mean, 3)));
+      continue;
+    }
+    consistent.push_back(row.name);
+    const Verdict of_map = verdict_of(row, EstimatorBlock::map, confidence);
+    if (is_inconsistent(of_map)) {
+      (of_map == Verdict::optimistic ? map_optimistic : map_pessimistic)
+          .push_back(fmt::format("{} ({} times)", row.name, number_text(map.mean, 3)));
     }
   }
   if (std::ranges::all_of(study.rows, [](const EstimatorRow& row) { return row.runs == 0; })) {
     return {CellTone::alarm, "No run of any estimator finished"};
   }
   std::vector<std::string> sentences;
-  if (!optimistic.empty())
-    sentences.push_back(fmt::format("Optimistic in the {}: {}", judged(study), fmt::join(optimistic, ", ")));
-  const std::string others = fmt::format("{}", fmt::join(consistent, ", "));
-  if (!others.empty()) {
-    const std::string none = fmt::format("No evidence that the {} of any is optimistic: ", judged(study));
-    sentences.push_back((optimistic.empty() ? none : "No evidence against ") + others);
-  } else if (unknown.empty()) {
-    sentences.emplace_back("None is not");
+  for (const auto& [word, names] : {std::pair("Optimistic", &optimistic), {"Pessimistic", &pessimistic}}) {
+    if (!names->empty())
+      sentences.push_back(fmt::format("{} in the {}: {}", word, judged(study), fmt::join(*names, ", ")));
   }
-  if (!in_the_map.empty()) {
-    sentences.push_back(
-        fmt::format("Of these the map is optimistic all the same: {}", fmt::join(in_the_map, ", ")));
+  const bool all_right = optimistic.empty() && pessimistic.empty();
+  if (!consistent.empty()) {
+    const std::string of_any = all_right ? fmt::format(" the {} of any:", judged(study)) : "";
+    sentences.push_back(fmt::format("No evidence against{} {}", of_any, fmt::join(consistent, ", ")));
+  } else if (unknown.empty()) {
+    sentences.emplace_back("None is consistent");
+  }
+  for (const auto& [word, names] :
+       {std::pair("optimistic", &map_optimistic), {"pessimistic", &map_pessimistic}}) {
+    if (!names->empty()) {
+      sentences.push_back(
+          fmt::format("Of these the map is {} all the same: {}", word, fmt::join(*names, ", ")));
+    }
   }
   if (!unknown.empty()) {
     sentences.push_back(fmt::format("Nothing can be said of {}", fmt::join(unknown, ", ")));
   }
-  const bool good = optimistic.empty() && unknown.empty() && in_the_map.empty();
+  const bool good = all_right && unknown.empty() && map_optimistic.empty() && map_pessimistic.empty();
   return {good ? CellTone::good : CellTone::caution, fmt::format("{}", fmt::join(sentences, ". "))};
 }
 

@@ -67,13 +67,15 @@ TEST(EstimatorDocument, OfAVehicleSpeaksOfHeadingAndMetres) {
   EXPECT_TRUE(j["rows"][0]["rmse"]["state"].is_null());
 }
 
-EstimatorRow estimator_row(const std::string& name, double mean, double lower, std::int64_t runs = 20) {
+EstimatorRow estimator_row(const std::string& name, double mean, double lower, DirectedPValues p = {},
+                           std::int64_t runs = 20) {
   EstimatorRow row;
   row.name = name;
   row.runs = runs;
   row.profile.chart = "plane";
   row.nees[static_cast<std::size_t>(EstimatorBlock::pose)] = {
       .mean = mean, .lower = lower, .upper = 2.0 * mean, .count = runs};
+  row.p_values[static_cast<std::size_t>(EstimatorBlock::pose)] = p;
   return row;
 }
 
@@ -86,30 +88,38 @@ ReportAnswer answer_of(std::vector<EstimatorRow> rows) {
 }
 
 TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
-  const EstimatorRow good = estimator_row("fej", 1.0, 0.9), bad = estimator_row("ekf", 3.25, 3.0),
-                     none = estimator_row("ukf", kNaN, kNaN, 0);
-  EXPECT_EQ(answer_of({good}).text, "No evidence that the pose of any is optimistic: fej");
+  const EstimatorRow good = estimator_row("fej", 1.0, 0.9),
+                     bad = estimator_row("ekf", 3.25, 3.0, {0.01, 1.0}),
+                     wasteful = estimator_row("schmidt", 0.125, 0.1, {1.0, 0.01}),
+                     none = estimator_row("ukf", kNaN, kNaN, {kNaN, kNaN}, 0);
+  EXPECT_EQ(answer_of({good}).text, "No evidence against the pose of any: fej");
   EXPECT_EQ(answer_of({good}).tone, CellTone::good);
   EXPECT_EQ(
       answer_of({bad, good}).text,
       "Optimistic in the pose: ekf (3.25 times the squared error that P claims). No evidence against fej");
   EXPECT_EQ(answer_of({bad}).text,
-            "Optimistic in the pose: ekf (3.25 times the squared error that P claims). None is not");
+            "Optimistic in the pose: ekf (3.25 times the squared error that P claims). None is consistent");
   EXPECT_EQ(answer_of({bad}).tone, CellTone::caution);
   EXPECT_EQ(answer_of({good, none}).text,
-            "No evidence that the pose of any is optimistic: fej. Nothing can be said of ukf");
+            "No evidence against the pose of any: fej. Nothing can be said of ukf");
   EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
-  EstimatorRow one_of_many = estimator_row("ukf", 1.1, 1.01);
-  one_of_many.optimistic_p_value.fill(0.2);  // of its own interval it is 0.02
-  EXPECT_EQ(answer_of({one_of_many, good}).text, "No evidence that the pose of any is optimistic: ukf, fej");
+  EXPECT_EQ(answer_of({wasteful, good}).text,
+            "Pessimistic in the pose: schmidt (0.125 times the squared error that P claims). No evidence "
+            "against fej");
+  EXPECT_EQ(answer_of({wasteful}).tone, CellTone::caution);
+  const EstimatorRow one_of_many = estimator_row("ukf", 1.1, 1.01, {0.2, 1.0});  // of its own interval 0.02
+  EXPECT_EQ(answer_of({one_of_many, good}).text, "No evidence against the pose of any: ukf, fej");
   EstimatorRow of_map = good;
   of_map.nees[static_cast<std::size_t>(EstimatorBlock::map)] = {
       .mean = 1.35, .lower = 1.16, .upper = 1.63, .count = 20};
-  EXPECT_EQ(
-      answer_of({of_map}).text,
-      "No evidence that the pose of any is optimistic: fej. Of these the map is optimistic all the same: fej "
-      "(1.35 times)");
+  DirectedPValues& p = of_map.p_values[static_cast<std::size_t>(EstimatorBlock::map)];
+  p.optimistic = 0.01;
+  EXPECT_EQ(answer_of({of_map}).text,
+            "No evidence against the pose of any: fej. Of these the map is optimistic all the same: fej "
+            "(1.35 times)");
   EXPECT_EQ(answer_of({of_map}).tone, CellTone::caution);
+  p = {1.0, 0.01};
+  EXPECT_THAT(answer_of({of_map}).text, HasSubstr("the map is pessimistic all the same: fej"));
   EXPECT_EQ(answer_of({none}).text, "No run of any estimator finished");
   EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
 }
