@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/hall_score.h"
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -83,11 +85,21 @@ CellTone tone_of(const std::string& verdict) {
 
 Json mean_json(const ComparedMean& m) { return {{"mean", m.mean}, {"expected", m.expected}}; }
 
-/// Of logs against the first: none of the first itself.
-std::vector<FactorChange> changes_against(const ComparedStudy& first, const ComparedStudy& study,
-                                          double confidence) {
-  if (&first == &study) return {};
-  return compare_factors(study.units, first.units, confidence);
+/// Of logs against the first, study by study: none of the first itself. Holm over all studies and parts.
+std::vector<std::vector<FactorChange>> changes_from_first(std::span<const ComparedStudy> studies,
+                                                          double confidence) {
+  std::vector<std::vector<FactorChange>> changes(studies.size());
+  std::vector<double> p_values;
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    changes[i] = compare_factors(studies[i].units, studies.front().units, confidence);
+    for (const FactorChange& change : changes[i]) p_values.push_back(change.p_value);
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  std::size_t at = 0;
+  for (std::vector<FactorChange>& of_study : changes) {
+    for (FactorChange& change : of_study) change.adjusted = adjusted[at++];
+  }
+  return changes;
 }
 
 ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
@@ -123,10 +135,11 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
         "noise, with its interval at {:g} % and the p-value of no difference, Holm over the studies.",
         100.0 * confidence));
   }
-  for (const ComparedStudy& s : studies) {
-    for (const FactorChange& change : changes_against(studies.front(), s, confidence)) {
+  const std::vector<std::vector<FactorChange>> changes = changes_from_first(studies, confidence);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    for (const FactorChange& change : changes[i]) {
       if (change.adjusted <= 1.0 - confidence)
-        table.notes.push_back(fmt::format("{} is {}.", s.name, change_text(change)));
+        table.notes.push_back(fmt::format("{} is {}.", studies[i].name, change_text(change)));
     }
   }
   if (unpaired) {
@@ -141,6 +154,7 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
 std::string comparison_json(std::span<const ComparedStudy> studies, double confidence) {
   Json all = Json::array();
   const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
+  const std::vector<std::vector<FactorChange>> changes = changes_from_first(studies, confidence);
   for (std::size_t i = 0; i < studies.size(); ++i) {
     const ComparedStudy& s = studies[i];
     Json j = {{"name", s.name},
@@ -152,8 +166,7 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
               {"nis", mean_json(s.nis)},
               {"paired_difference", nullptr},
               {"changes", Json::array()}};
-    for (const FactorChange& change : changes_against(studies.front(), s, confidence))
-      j["changes"].push_back(change_json(change));
+    for (const FactorChange& change : changes[i]) j["changes"].push_back(change_json(change));
     if (const std::optional<RunDifference>& d = differences[i]) {
       j["paired_difference"] = json_interval(d->interval);
       j["paired_difference"].update({{"p_value", d->p_value}, {"adjusted_p_value", d->adjusted}});
@@ -216,17 +229,27 @@ Figure comparison_figure(std::span<const ComparedStudy> studies, double confiden
 
 ReportAnswer comparison_answer(std::span<const ComparedStudy> studies) {
   std::vector<std::string> untrusted;
+  std::map<std::string, std::size_t> verdicts;
   const ComparedStudy* nearest = nullptr;
   const auto distance = [](const ComparedStudy& s) { return std::abs(std::log(s.factor.mean)); };
   for (const ComparedStudy& study : studies) {
     if (is_untrusted(study)) untrusted.push_back(study.name);
+    ++verdicts[study.verdict];
     if (!std::isfinite(distance(study))) continue;
     if (nearest == nullptr || distance(study) < distance(*nearest)) nearest = &study;
   }
-  ReportAnswer answer{.tone = untrusted.empty() ? CellTone::good : CellTone::alarm, .text = {}};
-  answer.text = untrusted.empty() ? fmt::format("Of {} results none is called optimistic", studies.size())
-                                  : fmt::format("{} of {} cannot be trusted: {}", untrusted.size(),
-                                                studies.size(), fmt::join(untrusted, ", "));
+  ReportAnswer answer{.tone = CellTone::alarm,
+                      .text = fmt::format("{} of {} cannot be trusted: {}", untrusted.size(), studies.size(),
+                                          fmt::join(untrusted, ", "))};
+  if (untrusted.empty()) {
+    const bool all_consistent = verdicts[std::string(to_string(Verdict::consistent))] == studies.size();
+    std::string counts;
+    for (const auto& [verdict, count] : verdicts) {
+      if (count > 0) append_item(counts, fmt::format("{} {}", count, verdict));
+    }
+    answer = {all_consistent ? CellTone::good : CellTone::caution,
+              fmt::format("Of {} results none is called optimistic: {}", studies.size(), counts)};
+  }
   if (nearest != nullptr) {
     answer.text += fmt::format("; nearest to right: {}, factor on P {}", nearest->name,
                                number_text(nearest->factor.mean, 3));

@@ -126,9 +126,37 @@ TEST(Comparison, AnswersWhoIsNotToBeTrustedAndWhoIsNearest) {
   const ReportAnswer answer = comparison_document(two_studies(), 0.95).answer;
   EXPECT_EQ(answer.text, "1 of 2 cannot be trusted: plain; nearest to right: cautious, factor on P 0.950");
   EXPECT_EQ(answer.tone, CellTone::alarm);
-  const std::vector<ComparedStudy> unknown = {
-      {.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}}};
-  EXPECT_EQ(comparison_document(unknown, 0.95).answer.text, "Of 1 results none is called optimistic");
+  std::vector<ComparedStudy> unknown = {{.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}},
+                                        {.name = "b", .verdict = "consistent", .factor = {.mean = kNaN}}};
+  const auto answer_of_unknown = [&] { return comparison_document(unknown, 0.95).answer; };
+  EXPECT_EQ(answer_of_unknown().text, "Of 2 results none is called optimistic: 2 consistent");
+  EXPECT_EQ(answer_of_unknown().tone, CellTone::good);
+  unknown[1].verdict = "pessimistic";
+  EXPECT_EQ(answer_of_unknown().text, "Of 2 results none is called optimistic: 1 consistent, 1 pessimistic");
+  EXPECT_EQ(answer_of_unknown().tone, CellTone::caution) << "nobody has called the second right";
+}
+
+// Two logs against the first, one part each: both are twice as improbable as alone.
+TEST(Comparison, ChangesOfFactorsAreAdjustedForAllLogs) {
+  const auto log = [](const std::string& name, std::vector<double> factors) {
+    return ComparedStudy{.name = name,
+                         .verdict = "consistent",
+                         .units = {"runs", {"1", "2", "3", "4"}, {"NEES"}, {std::move(factors)}}};
+  };
+  const auto changes = [&](const std::vector<ComparedStudy>& logs) {
+    const auto j = nlohmann::json::parse(comparison_document(logs, 0.95).json());
+    std::vector<double> adjusted;
+    for (std::size_t i = 1; i < logs.size(); ++i)
+      adjusted.push_back(j["studies"][i]["changes"].at(0)["adjusted_p_value"].get<double>());
+    return adjusted;
+  };
+  const ComparedStudy first = log("a", {1.0, 1.0, 1.0, 1.0}), second = log("b", {1.1, 1.3, 1.2, 1.5}),
+                      third = log("c", {1.2, 1.1, 1.4, 1.3});
+  const double of_second = changes({first, second})[0], of_third = changes({first, third})[0];
+  const std::vector<double> both = changes({first, second, third});
+  EXPECT_NEAR(std::min(both[0], both[1]), 2.0 * std::min(of_second, of_third), 1e-15);
+  EXPECT_GE(both[0], of_second);
+  EXPECT_GE(both[1], of_third);
 }
 
 TEST(Comparison, ThePageHasTheTableAndTheCurvesThatAreKnown) {
