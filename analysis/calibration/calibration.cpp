@@ -116,8 +116,7 @@ SkewedMoments moments_of(const UnitSums& units, double CalibrationSum::*sum) {
 }
 
 /// Each unit with the factors of the others; `by_parts` false: one for all parts.
-HeldOutNees held_out(const UnitSums& units, double states, bool by_parts, double confidence) {
-  HeldOutNees result;
+MeanInterval held_out(const UnitSums& units, double states, bool by_parts, double confidence) {
   SkewedMoments scaled;
   const std::size_t parts = units.empty() ? 0 : units.front()->marginal.size();
   const auto others = static_cast<double>(std::ssize(units) - 1);
@@ -140,9 +139,7 @@ HeldOutNees held_out(const UnitSums& units, double states, bool by_parts, double
     }
     scaled.add(per_row(nees, *unit) / states);
   }
-  result.nees = interval_of(scaled, confidence, states);
-  if (!by_parts) result.p_value = p_value_of(scaled, states);
-  return result;
+  return interval_of(scaled, confidence, states);
 }
 
 ConformalFactor conformal_factor(std::span<const CalibrationRun> runs) {

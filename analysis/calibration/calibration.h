@@ -39,14 +39,6 @@ struct PartFactor {
   MeanInterval factor;
 };
 
-/// NEES over n of units whose P was scaled by factors that the other units gave.
-struct HeldOutNees {
-  MeanInterval nees;
-  /// That its mean is 1; NaN with the reason of `nees`, and of factors by parts, whose scatter alone makes
-  /// the mean larger.
-  double p_value = kNaN;
-};
-
 /// The factor on P with which a further run, exchangeable with these, has 95 % of its rows within their 95 %
 /// ellipsoid, with probability at least 95 % (split conformal prediction over runs [Vovk 2005]): no law is
 /// assumed. Of M runs the ⌈0.95 (M + 1)⌉-th smallest of their own factors. (To leave runs out and count those
@@ -92,7 +84,9 @@ struct Calibration {
   ClaimedSigmaTest claimed_sigma;
   PartFactor whole;
   std::vector<PartFactor> parts;  ///< none where the state is one part
-  HeldOutNees with_factor, with_part_factors;
+  /// NEES over n of units whose P was scaled by factors that the other units gave. No test that it is 1: as
+  /// every unit is also among those that scale the others, the mean is 1 to first order whatever they hold.
+  MeanInterval with_factor, with_part_factors;
   ConformalFactor conformal;
   std::array<ProtectionLevel, CalibrationRecorder::kRisks.size()> protection;  ///< rows 0: no position
   std::vector<StanfordCell> stanford;

@@ -40,7 +40,6 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
     result.p_value = p_value;
   };
   conservative("errors by claimed σ, Holm", smallest_adjusted(c.bins));
-  conservative("NEES of runs left out, scaled", c.with_factor.p_value);
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));

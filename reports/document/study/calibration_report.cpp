@@ -92,12 +92,6 @@ Json distance_json(std::span<const DistanceBin> bins) {
   });
 }
 
-Json held_out_json(const HeldOutNees& held_out) {
-  Json j = interval_json(held_out.nees);
-  j["p_value"] = held_out.p_value;
-  return j;
-}
-
 /// Claimed σ and the σ that the errors have, of the bins of one state: the claimed one by the root of the
 /// factor, whose interval the bars are (the RMSE is the mean of another quantity, and may lie outside).
 Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
@@ -129,11 +123,10 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
       text += fmt::format("{} in {} {}", &part == c.parts.data() ? ":" : ",", part.name,
                           factor_text(part.factor));
     }
-    if (std::isfinite(c.with_factor.nees.mean)) {
+    if (std::isfinite(c.with_factor.mean)) {
       text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {} times n",
-                          c.units, factor_text(c.with_factor.nees));
-      if (!c.parts.empty())
-        text += fmt::format("; scaled part by part {}", factor_text(c.with_part_factors.nees));
+                          c.units, factor_text(c.with_factor));
+      if (!c.parts.empty()) text += fmt::format("; scaled part by part {}", factor_text(c.with_part_factors));
     }
     sentences.push_back(text + ".");
   }
@@ -307,8 +300,8 @@ Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<
           {"factor", interval_json(c.whole.factor)},
           {"part_factors", std::move(parts)},
           {"held_out_nees_over_dof",
-           {{"with_factor", held_out_json(c.with_factor)},
-            {"with_part_factors", c.parts.empty() ? Json(nullptr) : held_out_json(c.with_part_factors)}}},
+           {{"with_factor", interval_json(c.with_factor)},
+            {"with_part_factors", c.parts.empty() ? Json(nullptr) : interval_json(c.with_part_factors)}}},
           {"conformal", {{"factor", c.conformal.factor}, {"runs", c.conformal.runs}}},
           {"protection_levels", std::move(protection)},
           {"by_sigma", std::move(bins)},

@@ -64,10 +64,9 @@ TEST(CalibrationSentences, WhatWasLeftOutIsToldWhereItHasAMean) {
   calibration.units = "runs";
   calibration.unit_count = 20;
   calibration.whole = {.name = "state", .factor = {.mean = 1.0, .lower = 0.9, .upper = 1.1, .count = 20}};
-  calibration.with_factor.nees = calibration.whole.factor;
-  calibration.with_factor.p_value = 0.5;
+  calibration.with_factor = calibration.whole.factor;
   EXPECT_THAT(calibration_sentences(calibration)[0], HasSubstr("On runs left out"));
-  calibration.with_factor.nees.mean = kNaN;
+  calibration.with_factor.mean = kNaN;
   EXPECT_THAT(calibration_sentences(calibration)[0], ::testing::Not(HasSubstr("On runs left out")));
 }
 
