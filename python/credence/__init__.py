@@ -5,7 +5,7 @@ Python. Each returns a ``Result``: its verdict, the tests and the causes behind 
 noise that the innovations of a scenario ask for, ``tune_filter`` that of a filter written in Python.
 """
 
-from . import _credence
+from . import _credence, _pickled  # noqa: F401
 from ._check import check
 from ._credence import DataError, OutputError, ScenarioError, StoreError
 from ._logs import check_logs

@@ -156,6 +156,10 @@ def prior_of(world: Any) -> "tuple[np.ndarray, np.ndarray, int]":
     return mean, P, n
 
 
+def _brief(array: np.ndarray) -> str:
+    return np.array2string(array, threshold=10, separator=", ")
+
+
 def _states_of(made: Any, n: int, runs: int) -> "tuple[np.ndarray, int]":
     """Which of the n states a filter with states() has, (n,) or (runs, n); and how many its arrays hold."""
     states = np.asarray(made.states())
@@ -164,11 +168,11 @@ def _states_of(made: Any, n: int, runs: int) -> "tuple[np.ndarray, int]":
     there = np.zeros(n, dtype=bool)
     if states.ndim != 1 or (states.size and (states.dtype.kind not in "iu" or np.any(np.diff(states) < 1))):
         raise PlugError(
-            f"filter.states() = {states!r}: expected ascending numbers of states, from 0, or booleans of shape {(n,)} "
+            f"filter.states() = {_brief(states)}: expected ascending numbers of states, from 0, or booleans of shape {(n,)} "
             f"or {(runs, n)}"
         )
     if states.size and not 0 <= states[0] <= states[-1] < n:
-        raise PlugError(f"filter.states() = {states!r}: there are {n} states; `names` has one for each that there can be")
+        raise PlugError(f"filter.states() = {_brief(states)}: there are {n} states; `names` has one for each that there can be")
     there[states.astype(int)] = True
     return there, states.size
 

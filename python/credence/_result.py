@@ -114,7 +114,8 @@ class Result:
 
     @property
     def p_value(self) -> float:
-        """Of everything together: the verdict is not consistent iff it is at most 1 − confidence."""
+        """Of everything together: the verdict is optimistic, pessimistic or mixed only where it is at most 1 − confidence; of
+        an undecided one ``says`` tells why."""
         return self._told.p_value
 
     @property

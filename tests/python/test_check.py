@@ -1,5 +1,7 @@
+import copy
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -557,3 +559,17 @@ def test_neither_order_nor_units_of_the_states_change_what_is_said(tmp_path, nam
         assert causes_of(other) == causes_of(right)
         values = sorted(value for key, value in numbers(other) if "/calibration" not in key)
         assert values == pytest.approx(expected, rel=1e-9), order
+
+
+def test_a_result_goes_to_another_process_without_its_report(tmp_path):
+    result = credence.check(*play(), names=["x", "v"])
+    came = pickle.loads(pickle.dumps(result))
+    assert came.verdict == result.verdict and came.p_value == result.p_value and came.says == result.says
+    assert repr(came) == repr(result) and came.to_dict() == result.to_dict()
+    assert came.tests == result.tests and np.array_equal(came.mean_nees, result.mean_nees)
+    assert pickle.loads(pickle.dumps(came)).to_dict() == result.to_dict()
+    with pytest.raises(ValueError, match="was pickled has no figures left"):
+        came.report(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    for copied in (copy.copy(result), copy.deepcopy(result)):
+        assert os.path.exists(copied.report(tmp_path / "copied"))

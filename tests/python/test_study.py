@@ -378,8 +378,15 @@ def test_states_that_are_none_are_named():
         def states(self):
             return [0, 3]
 
-    with pytest.raises(credence.PlugError, match=r"states\(\) = array\(\[0, 3\]\): there are 3 states"):
+    with pytest.raises(credence.PlugError, match=r"states\(\) = \[0, 3\]: there are 3 states"):
         credence.study(MapWorld(), Fourth, **MAP)
+
+    class Endless(Growing):
+        def states(self):
+            return list(range(100))
+
+    with pytest.raises(credence.PlugError, match=r"states\(\) = \[ 0,  1,  2, \.\.\., 97, 98, 99\]: there are 3 states"):
+        credence.study(MapWorld(), Endless, **MAP)
 
     class Short(Growing):
         def states(self):

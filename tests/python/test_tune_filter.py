@@ -1,4 +1,5 @@
 import math
+import pickle
 
 import credence
 import numpy as np
@@ -34,6 +35,7 @@ def test_finds_the_noise_of_the_world():
     assert tuning.held_out.verdict == "consistent"
     assert tuning.correlation.shape == (2, 2)
     assert "log score" in repr(tuning)
+    assert repr(pickle.loads(pickle.dumps(tuning))) == repr(tuning)
     assert repr(tuning).endswith(f"Verdict on fresh noise: {tuning.before.verdict} as it was, consistent with the tuned noise.\n")
 
 
