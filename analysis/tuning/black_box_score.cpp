@@ -16,24 +16,30 @@ constexpr Index kFewestUnits = 10;  // of an estimated covariance
 
 }  // namespace
 
-void ScoreSum::add(VectorRef nu, MatrixRef S) {
+void ScoreSum::add(VectorRef nu, MatrixRef S, std::size_t sensor) {
   const Eigen::LLT<Matrix> llt(S);
   ok_ = ok_ && llt.info() == Eigen::Success && nu.allFinite();
   if (!ok_) return;
   const Vector u = llt.matrixL().solve(nu);
-  add_normalised(u, 2.0 * llt.matrixLLT().diagonal().array().log().sum());
+  add_normalised(u, 2.0 * llt.matrixLLT().diagonal().array().log().sum(), sensor);
 }
 
-void ScoreSum::add_normalised(VectorRef u, double log_determinant) {
+void ScoreSum::add_normalised(VectorRef u, double log_determinant, std::size_t sensor) {
   const auto m = static_cast<double>(u.size());
   const double nis = u.squaredNorm();
   value_ -= 0.5 * (m * std::log(2.0 * std::numbers::pi) + nis + log_determinant);
   nis_ += nis;
-  if (before_.size() == u.size()) lag_one_ += u.dot(before_);
+  if (sensor >= before_.size()) before_.resize(sensor + 1);
+  Vector& before = before_[sensor];
+  if (before.size() == u.size()) lag_one_ += u.dot(before);
   steps_ += 1.0;
   dof_ += m;
-  before_ = u;
+  before = u;
   ok_ = ok_ && std::isfinite(value_);
+}
+
+void ScoreSum::skip(std::size_t sensor) {
+  if (sensor < before_.size()) before_[sensor].resize(0);
 }
 
 UnitScores unit_scores(const std::vector<ScoreSum>& units) {

@@ -24,9 +24,14 @@ UnitScores FilterScore::play(const std::vector<double>& factors) const {
     const std::int64_t first = task * at_a_time, count = std::min(at_a_time, runs_ - first);
     const std::vector<Outcome> outcomes =
         experiment->visit_runs(first, count, [&](std::int64_t i, const TraceStep& step) {
-          for (const Innovation& innovation : step.innovations) {
-            if (step.step > 0 && innovation.nu.size() > 0) {
-              runs[static_cast<std::size_t>(i)].add(innovation.nu, innovation.S);
+          if (step.step == 0) return;
+          ScoreSum& run = runs[static_cast<std::size_t>(i)];
+          for (std::size_t sensor = 0; sensor < step.innovations.size(); ++sensor) {
+            const Innovation& innovation = step.innovations[sensor];
+            if (innovation.nu.size() > 0) {
+              run.add(innovation.nu, innovation.S, sensor);
+            } else {
+              run.skip(sensor);
             }
           }
         });

@@ -88,10 +88,11 @@ class SomeUnits final : public ScoreModel {
   std::vector<Index> units_;
 };
 
-/// Observations [first, last) of those of a log that corrected the state.
-struct ObservationRange {
-  Index first = 0, last = 0;
-};
+/// Of equally long stretches of a log that which holds an observation; `number` is among those that corrected
+/// the state.
+Index stretch_of(Index number, const ReplayResult& result, Index stretches) {
+  return number * stretches / result.updated;
+}
 
 /// Innovations of a part, with what they score.
 struct PartInnovations {
@@ -99,13 +100,13 @@ struct PartInnovations {
   ScoreSum score;
 };
 
-PartInnovations innovations_of(const ReplayResult& result, const ObservationRange& range) {
+/// Of part `index` of `parts`.
+PartInnovations innovations_of(const ReplayResult& result, Index index, Index parts) {
   PartInnovations part;
-  Index at = 0;
+  Index number = 0;
   for (const ReplayObservation& observation : result.records) {
     if (observation.outcome != ObservationOutcome::updated) continue;
-    const Index number = at++;
-    if (number < range.first || number >= range.last) continue;
+    if (stretch_of(number++, result, parts) != index) continue;
     part.record.whitened.emplace_back(observation.whitened);
     part.record.nis.push_back(observation.whitened.squaredNorm());
     part.score.add_normalised(observation.whitened, observation.log_determinant());
@@ -128,21 +129,20 @@ class LeaveOneOut {
     ReplayResult present;
     for (Index i = 0; i < parts; ++i) {
       const Vector phi = tuned_without(i * units, (i + 1) * units);
+      const Index index = by_log ? 0 : i, parts_of_log = by_log ? 1 : parts;
       const auto log = static_cast<std::size_t>(by_log ? i : 0);
       if (by_log || i == 0) present = logs_[log].replay(logs_[log].settings);
       const ReplayResult tuned = logs_[log].replay(score_.settings_at(log, phi));
-      const Index observations = present.updated;
-      const ObservationRange range =
-          by_log ? ObservationRange{0, observations}
-                 : ObservationRange{i * observations / parts, (i + 1) * observations / parts};
-      const PartInnovations then = innovations_of(present, range), now = innovations_of(tuned, range);
+      const PartInnovations then = innovations_of(present, index, parts_of_log),
+                            now = innovations_of(tuned, index, parts_of_log);
       LeftOutPart& part = all_.left_out.emplace_back();
       part.name = by_log ? logs_[log].name : fmt::format("fifth {}", i + 1);
-      part.observations = range.last - range.first;
+      part.observations = std::ssize(now.record.nis);
       part.nis_before = then.score.nis() / then.score.steps();
       part.nis_after = now.score.nis() / now.score.steps();
       part.score_before = then.score.value() / then.score.steps();
       part.score_after = now.score.value() / now.score.steps();
+      part.tuned_apart = phi != all_.tuning.phi;
       const std::vector<NoiseValue> values = score_.values(phi);
       for (const Index free : all_.tuning.estimate.free) {
         part.values.push_back(values[static_cast<std::size_t>(free)].value);
@@ -249,14 +249,13 @@ UnitScores ReplayScore::play(const std::vector<double>& factors) const {
     const ReplayResult result = logs_[log].replay(with(logs_[log].settings, factors));
     Index number = 0;
     for (const ReplayObservation& observation : result.records) {
-      ScoreSum& unit = units[static_cast<std::size_t>(
-          i * stretches_ +
-          std::min(number * stretches_ / std::max<Index>(result.updated, 1), stretches_ - 1))];
-      if (observation.outcome == ObservationOutcome::update_failed) unit.spoil();
       if (observation.outcome != ObservationOutcome::updated) continue;
-      unit.add_normalised(observation.whitened, observation.log_determinant());
-      ++number;
+      const Index unit = i * stretches_ + stretch_of(number++, result, stretches_);
+      units[static_cast<std::size_t>(unit)].add_normalised(observation.whitened,
+                                                           observation.log_determinant());
     }
+    // Of other observations than those of other noise there is no score.
+    if (result.failed > 0) units[static_cast<std::size_t>(i * stretches_)].spoil();
     played_.add_part_of(std::ssize(logs_));
   });
   if (stop_ != nullptr && stop_->load()) throw Stopped{};

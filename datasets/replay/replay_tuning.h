@@ -71,6 +71,8 @@ struct LeftOutPart {
   Index observations = 0;
   double nis_before = 0.0, nis_after = 0.0;      ///< mean of an observation, 2 expected
   double score_before = 0.0, score_after = 0.0;  ///< mean log score of an observation
+  /// False: the search without it found nothing better than the noise of all data, which has seen it.
+  bool tuned_apart = true;
 };
 
 /// Data sets, tuned.

@@ -118,6 +118,13 @@ std::vector<std::string> replay_tune_sentences(const ReplayTuning& t) {
                     "those that are left is cut a little.",
                     t.left_out_by_gate));
   }
+  for (const LeftOutPart& part : t.left_out) {
+    if (part.tuned_apart) continue;
+    sentences.push_back(
+        fmt::format("{}: the others found no better noise than that of all data, of which it is a part; what "
+                    "it shows is no proof.",
+                    part.name));
+  }
   if (!t.left_out.empty()) {
     sentences.push_back(fmt::format("To replay with it:{}", settings_text(t)));
   }

@@ -35,6 +35,23 @@ TEST(ScoreSum, CorrelatesOnlyNeighboursOfOneDimension) {
   EXPECT_EQ(sum.dof(), 4.0);
 }
 
+// As python/credence/_tune_filter.py has them: 2 · 4 of the first sensor; the second is silent between.
+TEST(ScoreSum, CorrelatesNeighboursOfOneSensor) {
+  const auto scalar = [](double value) { return Vector(Vector::Constant(1, value)); };
+  ScoreSum sum;
+  sum.add_normalised(scalar(2.0), 0.0, 0);
+  sum.add_normalised(scalar(3.0), 0.0, 1);
+  sum.add_normalised(scalar(4.0), 0.0, 0);
+  sum.skip(1);
+  EXPECT_EQ(sum.lag_one(), 8.0);
+  sum.skip(0);
+  sum.add_normalised(scalar(5.0), 0.0, 1);
+  sum.add_normalised(scalar(6.0), 0.0, 0);
+  EXPECT_EQ(sum.lag_one(), 8.0);
+  sum.add_normalised(scalar(7.0), 0.0, 1);
+  EXPECT_EQ(sum.lag_one(), 8.0 + 35.0);
+}
+
 TEST(ScoreSum, IsVoidOnceOneInnovationHasNoDensity) {
   const Matrix good = Matrix::Identity(2, 2);
   Matrix indefinite = good;

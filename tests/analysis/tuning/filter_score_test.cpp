@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "analysis/tuning/scenario_noise.h"
 #include "analysis/tuning/tuning.h"
+#include "core/nan.h"
 #include "core/stop_point.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
@@ -68,6 +71,38 @@ TEST(FilterScore, ABadFilterLeavesNoScore) {
   const Scenario scenario = load_scenario_text(kTracking, "tracking");
   const FilterScore played = tracking_score(scenario);
   EXPECT_FALSE(played.scores(Vector{{0.0, 800.0}}, false).ok) << "R = ∞";
+}
+
+/// One run of four steps, of which the first of two sensors is silent in the third.
+class TwoSensors final : public Experiment {
+ public:
+  TwoSensors() : Experiment(RunLayout{}) {}
+  StudyStatistics run_chunk(std::int64_t, std::int64_t) const override { return {}; }
+  RunTrace describe_world() const override { return {}; }
+  Outcome visit(std::int64_t, const StepVisitor& take) const override {
+    const std::vector<std::vector<double>> innovations = {
+        {9.0, 9.0}, {2.0, 3.0}, {4.0, 5.0}, {kNaN, 7.0}, {6.0, 8.0}};
+    TraceStep step;
+    step.innovations.resize(2);
+    for (step.step = 0; step.step < 5; ++step.step) {
+      for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+        const double nu = innovations[static_cast<std::size_t>(step.step)][sensor];
+        step.innovations[sensor] =
+            std::isnan(nu) ? Innovation{} : Innovation{Vector::Constant(1, nu), Matrix::Identity(1, 1)};
+      }
+      take(step);
+    }
+    return Outcome::ok;
+  }
+};
+
+TEST(FilterScore, CorrelatesNeighbouringStepsOfOneSensor) {
+  const FilterScore score(
+      {{"factor", 1.0}}, [](const auto&) { return std::make_unique<TwoSensors>(); }, 1);
+  const UnitScores scores = score.scores(Vector::Zero(1), false);
+  ASSERT_TRUE(scores.ok);
+  EXPECT_EQ(scores.steps, 7.0);
+  EXPECT_EQ(scores.lag_one[0], 2.0 * 4.0 + 3.0 * 5.0 + 5.0 * 7.0 + 7.0 * 8.0);
 }
 
 TEST(FilterScore, CanBeStopped) {

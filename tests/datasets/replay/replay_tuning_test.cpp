@@ -104,6 +104,23 @@ TEST(ReplayTuning, OfOneLogLeavesOutItsFifths) {
   EXPECT_FALSE(tuning.parts_are_logs);
 }
 
+// Where their number is no multiple of 30, too, a fifth is six of the stretches that the others are tuned on.
+TEST(ReplayTuning, AFifthLeftOutIsThatOfTheScore) {
+  MrclamLog log = noisy_log(1);
+  log.measurements.resize(log.measurements.size() - 7);
+  const std::vector<ReplayedLog> logs{replayed_log(std::move(log), wrong_settings())};
+  const ReplayScore score(logs, {"noise.range_std"});
+  const Vector nis = score.scores(Vector::Zero(1), false).nis;
+  const ReplayTuning tuning = tune_replays(logs, score, 0.95);
+  ASSERT_EQ(tuning.left_out.size(), 5U);
+  for (Index i = 0; i < 5; ++i) {
+    const LeftOutPart& part = tuning.left_out[static_cast<std::size_t>(i)];
+    const double sum = part.nis_before * static_cast<double>(part.observations);
+    EXPECT_NEAR(sum, nis.segment(6 * i, 6).sum(), 1e-9 * sum) << part.name;
+    EXPECT_TRUE(part.tuned_apart) << part.name;
+  }
+}
+
 /// What is left out and what the score is of must not depend on the noise.
 TEST(ReplayTuning, LeavesOutForGoodWhatTheGateRejects) {
   MrclamLog log = noisy_log(4);

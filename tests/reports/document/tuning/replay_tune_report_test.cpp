@@ -61,6 +61,7 @@ Document shown_tuning(const ReplayTuning& tuning) {
   static const std::vector<ReplayedLog> logs = {{"log", {}, [](const ReplaySettings&) {
                                                    ReplayResult result;
                                                    result.records.resize(100);
+                                                   result.updated = 100;
                                                    for (ReplayObservation& o : result.records)
                                                      o.whitened.setOnes();
                                                    return result;
@@ -125,6 +126,14 @@ TEST(ReplayTuneReport, WhatTheGateLeavesOutIsSaid) {
   EXPECT_EQ(j["left_out_by_gate"], 17);
   EXPECT_THAT(j["notes"][1].get<std::string>(),
               testing::StartsWith("17 observations that the present gate rejects"));
+}
+
+TEST(ReplayTuneReport, APartThatWasNotTunedApartIsSaid) {
+  ReplayTuning t = tuned_logs();
+  const auto notes = [&] { return nlohmann::json::parse(shown_tuning(t).json())["notes"].dump(); };
+  EXPECT_THAT(notes(), testing::Not(HasSubstr("is no proof")));
+  t.left_out[1].tuned_apart = false;
+  EXPECT_THAT(notes(), HasSubstr("robot 2: the others found no better noise than that of all data"));
 }
 
 TEST(ReplayTuneReport, WhereNothingIsFoundNothingWasLeftOut) {
