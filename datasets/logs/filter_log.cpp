@@ -93,7 +93,7 @@ void FilterLogReader::parse_fields(std::string_view line) {
     if (count < columns && whole) {
       fields[count] = plain;
     } else if (count < columns) {
-      const std::string_view field = trim_blanks(line.substr(begin, end - begin));
+      const std::string_view field = trim_quotes(trim_blanks(line.substr(begin, end - begin)));
       if (field.empty() || is_nan_word(field)) {
         fields[count] = std::numeric_limits<double>::quiet_NaN();
       } else if (const std::optional<double> number = parse_finite(field)) {

@@ -381,10 +381,7 @@ FilterLogHeader parse_filter_log_header(std::string_view line) {
   require_commas(line);
   HeaderParser parser;
   Index column = 0;
-  for (std::string_view name : comma_fields(line)) {
-    if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
-    parser.add(name, column++);
-  }
+  for (const std::string_view name : comma_fields(line)) parser.add(name, column++);
   return parser.finish(column);
 }
 

@@ -13,8 +13,16 @@ constexpr std::size_t kLongestLine = std::size_t{1} << 24;
 
 }  // namespace
 
+void refuse_utf16(const std::filesystem::path& file, std::string_view beginning) {
+  if (!beginning.starts_with("\xff\xfe") && !beginning.starts_with("\xfe\xff")) return;
+  throw DataError(file, "", "is text of UTF-16; save it as UTF-8 (iconv -f UTF-16 -t UTF-8 FILE)");
+}
+
 LineReader::LineReader(std::filesystem::path file)
-    : file_(std::move(file)), in_(open_data(file_)), buffer_(kFirstBuffer) {}
+    : file_(std::move(file)), in_(open_data(file_)), buffer_(kFirstBuffer) {
+  fill();
+  refuse_utf16(file_, {buffer_.data(), end_});
+}
 
 bool LineReader::fill() {
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);

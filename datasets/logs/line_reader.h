@@ -9,11 +9,14 @@
 
 namespace credence::internal {
 
+/// Throws DataError for a file that begins as text of UTF-16 does.
+void refuse_utf16(const std::filesystem::path& file, std::string_view beginning);
+
 /// The lines of a text file one after another, in bounded memory, with LF or CR LF ends.
 ///
 /// Every error is a DataError that names the file and, where there is one, the line: no such file, not a
-/// regular file, unreadable, a line above 16 MB, a last line without its end (a file cut in the middle of a
-/// number would otherwise pass for a whole one).
+/// regular file, unreadable, text of UTF-16, a line above 16 MB, a last line without its end (a file cut in
+/// the middle of a number would otherwise pass for a whole one).
 class LineReader {
  public:
   explicit LineReader(std::filesystem::path file);

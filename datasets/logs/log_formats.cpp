@@ -12,6 +12,7 @@
 #include "datasets/logs/autopilot/dataflash_innovations.h"
 #include "datasets/logs/autopilot/ulog_innovations.h"
 #include "datasets/logs/filter_log.h"
+#include "datasets/logs/line_reader.h"
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/ros/ros_log.h"
 #include "datasets/logs/rtklib.h"
@@ -63,6 +64,7 @@ const LogFormat& log_format_of(const std::filesystem::path& file, std::string_vi
   in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
   beginning.resize(static_cast<std::size_t>(in.gcount()));
   if (beginning.empty()) throw DataError(file, "", "is empty, or cannot be read");
+  refuse_utf16(file, beginning);
   for (const LogFormat& format : log_formats()) {
     if (format.recognises(beginning, file)) return format;
   }

@@ -5,11 +5,24 @@
 #include <cmath>
 
 namespace credence::internal {
+namespace {
+
+/// 0 of a number below those that a double holds; nothing of one beyond.
+std::optional<double> parse_tiny(std::string_view field) {
+  long double number = 0;
+  const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+  if (error != std::errc() || !(std::abs(number) < 1.0L)) return std::nullopt;
+  return static_cast<double>(number);
+}
+
+}  // namespace
 
 std::optional<double> parse_finite(std::string_view field) {
+  if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
   double number = 0;
   const char* end = field.data() + field.size();
   const auto [stop, error] = std::from_chars(field.data(), end, number);
+  if (error == std::errc::result_out_of_range && stop == end) return parse_tiny(field);
   if (error != std::errc() || stop != end || !std::isfinite(number)) return std::nullopt;
   return number;
 }
@@ -27,11 +40,16 @@ std::string_view trim_blanks(std::string_view field) {
   return field.substr(first, field.find_last_not_of(" \t") - first + 1);
 }
 
+std::string_view trim_quotes(std::string_view field) {
+  const bool quoted = field.size() >= 2 && field.front() == '"' && field.back() == '"';
+  return quoted ? field.substr(1, field.size() - 2) : field;
+}
+
 std::vector<std::string_view> comma_fields(std::string_view line) {
   std::vector<std::string_view> fields;
   for (std::size_t begin = 0; begin <= line.size();) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(trim_blanks(line.substr(begin, end - begin)));
+    fields.push_back(trim_quotes(trim_blanks(line.substr(begin, end - begin))));
     begin = end + 1;
   }
   return fields;

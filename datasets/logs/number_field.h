@@ -7,8 +7,8 @@
 
 namespace credence::internal {
 
-/// The finite number that a field is, as a whole; nothing for anything else (words, nan, inf, trailing
-/// characters, an empty field).
+/// The finite number that a field is, as a whole, with or without '+'; nothing for anything else (words, nan,
+/// inf, trailing characters, an empty field).
 std::optional<double> parse_finite(std::string_view field);
 
 /// A time of a text that is larger is in nanoseconds, as those since 1970.
@@ -20,7 +20,10 @@ std::string shown_field(std::string_view text);
 /// `field` without blanks at its ends.
 std::string_view trim_blanks(std::string_view field);
 
-/// The fields of a line between commas, without blanks at their ends.
+/// The same without the quotes around it.
+std::string_view trim_quotes(std::string_view field);
+
+/// The fields of a line between commas, without blanks at their ends and the quotes around them.
 std::vector<std::string_view> comma_fields(std::string_view line);
 
 /// The words of a line between any of these characters.

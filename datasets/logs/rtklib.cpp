@@ -7,9 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 
+#include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/geodesy.h"
@@ -131,8 +131,8 @@ class SolutionReader {
       fix.earth_fixed = place;
       fix.covariance = C;
     } else if (coordinates == Coordinates::geodetic) {
-      const double degree = std::numbers::pi / 180.0;
-      fix.earth_fixed = earth_fixed({degree * place.x(), degree * place.y(), place.z()});
+      fix.earth_fixed =
+          earth_fixed({kRadiansPerDegree * place.x(), kRadiansPerDegree * place.y(), place.z()});
       // The file's order is north, east, up.
       const Eigen::PermutationMatrix<3> swap(Eigen::Vector3i(1, 0, 2));
       fix.covariance = swap * C * swap;

@@ -271,6 +271,16 @@ TEST_F(CheckCommand, AnUndecidedFilterIsNotAccused) {
   EXPECT_EQ(j["verdict"], "undecided");
 }
 
+// No verdict could fail on it; of rows that are rejected, or have no truth, the report says why.
+TEST_F(CheckCommand, ALogOfWhichNothingIsANumberIsNoData) {
+  write("nan.csv", "estimate.x,truth.x,P.1.1,innovation.1,S.1.1\nnan,0,1,,\nnan,0,1,,\n");
+  const Finished f = run({"check", "nan.csv", "--fail-on-inconsistent"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_NE(f.err.find("nan.csv: there is nothing to judge in 2 rows"), std::string::npos) << f.err;
+  write("one.csv", "estimate.x,truth.x,P.1.1,innovation.1,S.1.1\nnan,0,1,,\nnan,0,1,0.5,1\n");
+  EXPECT_EQ(run({"check", "one.csv"}).code, 0);
+}
+
 TEST_F(CheckCommand, SaysWhatItReadRejectedAndWhere) {
   write("log.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,0,-1\n0.5,0,1\n0.1,0,0\n");
   const Finished f = run({"check", "log.csv", "--sensitivity"});

@@ -128,7 +128,9 @@ class MatReader {
     const std::string_view end = header.take_text(4);
     const bool little = end.ends_with("IM");
     if (!little && !end.ends_with("MI"))
-      file_.fail(kMatHeader - 2, "is no MAT-file of version 5: no mark of its byte order");
+      file_.fail(kMatHeader - 2,
+                 "is no MAT-file of version 5 (no mark of its byte order), as those of version 4 and of save "
+                 "-ascii: save it with -v7 (MATLAB: save -v7 FILE)");
     const char version = little ? end[1] : end[0];
     if (version == 2) {
       file_.fail(kMatHeader - 4, "is a MAT-file of version 7.3; save it with -v7 (MATLAB: save -v7 FILE)");
@@ -308,8 +310,8 @@ LogFormat mat_format() {
       {.name = "mat",
        .title = "MATLAB arrays",
        .extensions = ".mat",
-       .recognises = [](std::string_view beginning, const std::filesystem::path&) {
-         return begins_as_mat(beginning);
+       .recognises = [](std::string_view beginning, const std::filesystem::path& file) {
+         return begins_as_mat(beginning) || file.extension() == ".mat";
        }});
 }
 

@@ -53,6 +53,8 @@ class NpzFile final : public ArrayFile {
 
   void read(std::size_t i, std::uint64_t first, std::uint64_t count, std::vector<double>& out) override {
     NpyMember& member = members_[i];
+    if (member.packed && member.held.empty()) unpack(member);
+    if (member.fortran_order && member.held.empty()) hold(member);
     out.resize(static_cast<std::size_t>(count));
     const std::uint64_t at = member.header + first * member.number_size, bytes = count * member.number_size;
     if (member.held.empty()) {
@@ -173,7 +175,7 @@ class NpzFile final : public ArrayFile {
     return member;
   }
 
-  /// Finds the bytes of a member, unpacks them where that is needed, and reads the header.
+  /// Finds the bytes of a member and reads the header; what it says is known before a packed one is unpacked.
   void open(NpyMember& member) {
     const std::string name =
         member.name.ends_with(".npy") ? member.name.substr(0, member.name.size() - 4) : member.name;
@@ -196,23 +198,26 @@ class NpzFile final : public ArrayFile {
       local.fail(fmt::format("{}: {} bytes are said and the file ends at byte {}: cut off, or corrupted",
                              member.name, member.packed_size, file_.size()));
     }
-    if (member.packed) unpack(member);
-    check(member);
+    if (!member.packed) check(member);
+    std::vector<std::uint8_t> beginning;
+    const std::uint64_t size = std::min(member.size, kMostHeader);
+    if (member.packed) decompress_beginning(packed_bytes(member), size, beginning);
     const ByteOrigin origin{path(), member.name};
-    ArrayShape shape =
-        member.held.empty()
-            ? header(member, file_.cursor(member.begin, std::min(member.size, kMostHeader), "an array"))
-            : header(member, ByteCursor(member.held, origin, 0));
+    ArrayShape shape = header(member, member.packed ? ByteCursor(beginning, origin, 0)
+                                                    : file_.cursor(member.begin, size, "an array"));
     shape.name = name;
     if (name == kNamesOfStates && shape.type != kText) shape = {.name = name, .type = "not read", .dims = {}};
-    if (member.fortran_order && member.held.empty()) hold(member);
     arrays_.push_back(std::move(shape));
+  }
+
+  ByteCursor packed_bytes(const NpyMember& member) {
+    return file_.cursor(member.begin, member.packed_size, "a member of a zip file");
   }
 
   void unpack(NpyMember& member) {
     reserve(member);
-    decompress(Compression::deflate, file_.cursor(member.begin, member.packed_size, "a member of a zip file"),
-               member.size, member.held);
+    decompress(Compression::deflate, packed_bytes(member), member.size, member.held);
+    check(member);
   }
 
   void hold(NpyMember& member) {

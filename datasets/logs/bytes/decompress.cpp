@@ -102,9 +102,9 @@ void unpack_bz2(const ByteCursor& packed, std::uint64_t size, std::vector<std::u
   });
 }
 
-/// window_bits: of zlib, which names the header by them.
+/// window_bits: of zlib, which names the header by them. enough: what is unpacked ends with this many bytes.
 void unpack_deflate(const ByteCursor& packed, std::uint64_t size, std::vector<std::uint8_t>& out,
-                    const char* name, int window_bits) {
+                    const char* name, int window_bits, std::uint64_t enough = kUnknown) {
   z_stream stream{};
   if (inflateInit2(&stream, window_bits) != Z_OK) throw std::bad_alloc();
   const std::unique_ptr<z_stream, decltype(&inflateEnd)> owner(&stream, inflateEnd);
@@ -117,7 +117,8 @@ void unpack_deflate(const ByteCursor& packed, std::uint64_t size, std::vector<st
     const int status = inflate(&stream, Z_NO_FLUSH);
     // Z_BUF_ERROR: there is nothing to do with these two, which the caller sees.
     const bool failed = status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR;
-    return Progress{given - stream.avail_in, free - stream.avail_out, status == Z_STREAM_END, failed};
+    const bool finished = status == Z_STREAM_END || stream.total_out >= enough;
+    return Progress{given - stream.avail_in, free - stream.avail_out, finished, failed};
   });
 }
 
@@ -138,6 +139,10 @@ void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
     case Compression::bz2: return unpack_bz2(packed, size, out);
     case Compression::deflate: return unpack_deflate(packed, size, out, "deflate", -MAX_WBITS);
   }
+}
+
+void decompress_beginning(ByteCursor packed, std::uint64_t size, std::vector<std::uint8_t>& out) {
+  unpack_deflate(packed, size, out, "deflate", -MAX_WBITS, size);
 }
 
 void decompress_zlib(ByteCursor packed, std::vector<std::uint8_t>& out) {

@@ -18,6 +18,10 @@ enum class Compression { none, lz4, zstd, bz2, deflate };
 void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
                 std::vector<std::uint8_t>& out);
 
+/// The first `size` bytes of a deflate stream without a header. Throws DataError as decompress, where there
+/// are fewer.
+void decompress_beginning(ByteCursor packed, std::uint64_t size, std::vector<std::uint8_t>& out);
+
 /// Unpacks a zlib stream whose size nobody says, up to 1 GiB. Throws DataError as decompress.
 void decompress_zlib(ByteCursor packed, std::vector<std::uint8_t>& out);
 

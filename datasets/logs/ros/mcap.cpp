@@ -14,16 +14,8 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t kMcapRecordHeader = 9;
 std::string_view text(ByteCursor& from) { return from.take_text(from.take<std::uint32_t>()); }
-
-/// "nav_msgs/msg/Odometry" is "nav_msgs/Odometry".
-std::string type_of_ros_1(std::string_view type) {
-  std::string plain(type);
-  if (const std::size_t msg = plain.find("/msg/"); msg != std::string::npos) plain.erase(msg, 4);
-  return plain;
-}
 
 class McapReader {
  public:
@@ -84,7 +76,7 @@ class McapReader {
 
   void schema(ByteCursor body) {
     const auto id = body.take<std::uint16_t>();
-    types_[id] = type_of_ros_1(text(body));
+    types_[id] = type_of_ros_1(std::string(text(body)));
   }
 
   void channel(ByteCursor body) {

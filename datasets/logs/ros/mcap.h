@@ -7,6 +7,8 @@
 
 namespace credence::internal {
 
+inline constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
+
 /// What a record of an MCAP file is (mcap.dev/spec, "Records").
 struct McapOpcode {
   enum : std::uint8_t {

@@ -95,8 +95,7 @@ void add_message(std::string& file, std::uint16_t topic, std::uint32_t number, s
 
 std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
   constexpr std::uint16_t kEstimate = 1, kTruth = 2;
-  constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-  std::string file(kMagic);
+  std::string file(kMcapMagic);
   add_record(file, McapOpcode::kHeader, text("ros2") + text("credence"));
   add_topic(file, kEstimate, kPoseBagEstimate, "geometry_msgs/msg/PoseWithCovarianceStamped",
             schema_text("std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n", true));
@@ -126,7 +125,7 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
   footer.resize(footer.size() - 4);
   append_crc32(footer, footer);
   file += footer;
-  return file.append(kMagic);
+  return file.append(kMcapMagic);
 }
 
 }  // namespace credence::internal

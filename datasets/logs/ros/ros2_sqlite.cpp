@@ -63,9 +63,7 @@ void scan_ros2_sqlite(const std::filesystem::path& file, const RosVisitor& visit
   std::map<std::int64_t, std::size_t> topics;
   database.query(
       "SELECT id, name, type, serialization_format FROM topics ORDER BY id", [&](sqlite3_stmt* row) {
-        RosTopic topic{.name = text(row, 1), .type = text(row, 2)};
-        if (const std::size_t msg = topic.type.find("/msg/"); msg != std::string::npos)
-          topic.type.erase(msg, 4);
+        RosTopic topic{.name = text(row, 1), .type = type_of_ros_1(text(row, 2))};
         if (text(row, 3) == "cdr") topic.encoding = RosTopic::Encoding::cdr;
         const auto [place, is_new] = topics.try_emplace(sqlite3_column_int64(row, 0), topics.size());
         if (is_new) visitor.topic(place->second, topic);

@@ -124,8 +124,9 @@ class PoseStream {
                               topic_, not_later_));
     }
     if (not_finite_ > 0) {
-      sink.remark(fmt::format("{}: {} messages with a position that is not finite are left out.", topic_,
-                              not_finite_));
+      sink.remark(
+          fmt::format("{}: {} messages without a fix, or with a position that is not finite, are left out.",
+                      topic_, not_finite_));
     }
   }
 

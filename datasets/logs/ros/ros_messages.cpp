@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "core/manifold/angle.h"
+#include "core/nan.h"
 
 namespace credence::internal {
 namespace {
@@ -112,19 +114,18 @@ constexpr RosPoseType kTypes[] = {
     {.type = "sensor_msgs/NavSatFix", .covariance = true, .has_orientation = false, .geodetic = true},
 };
 
-/// Latitude, longitude, altitude; nothing without a fix.
-bool read_fix(MessageFields& fields, RosPose& out) {
+/// Latitude, longitude, altitude; NaN without a fix.
+void read_fix(MessageFields& fields, RosPose& out) {
   const auto status = fields.take<std::int8_t>();
   fields.take<std::uint16_t>();  // which satellites
-  const double degree = std::numbers::pi / 180.0;
   const Eigen::Vector3d place = fields.vector();
-  out.pose.position = {degree * place.x(), degree * place.y(), place.z()};
+  out.pose.position = {kRadiansPerDegree * place.x(), kRadiansPerDegree * place.y(), place.z()};
+  if (status < 0) out.pose.position.setConstant(kNaN);
   const Eigen::Matrix3d covariance = fields.matrix<3>();
   if (fields.take<std::uint8_t>() != 0) {  // a covariance is known
     out.covariance = PoseCovariance::Zero();
     out.covariance->topLeftCorner<3, 3>() = covariance;
   }
-  return status >= 0 && out.pose.position.allFinite();
 }
 
 }  // namespace
@@ -146,10 +147,7 @@ void read_ros_poses(const RosPoseType& type, RosTopic::Encoding encoding, double
   RosPose& out = poses.emplace_back();
   if (type.type == "geometry_msgs/TransformStamped") return fields.transform(log_time_s, out);
   fields.header(log_time_s, out);
-  if (type.geodetic) {
-    if (!read_fix(fields, out)) poses.clear();
-    return;
-  }
+  if (type.geodetic) return read_fix(fields, out);
   if (type.type == "nav_msgs/Odometry") out.child_frame = fields.text();
   if (type.has_orientation) {
     out.pose = fields.pose();

@@ -20,6 +20,12 @@ struct RosTopic {
   bool operator==(const RosTopic&) const = default;
 };
 
+/// "nav_msgs/msg/Odometry" is "nav_msgs/Odometry".
+inline std::string type_of_ros_1(std::string type) {
+  if (const std::size_t msg = type.find("/msg/"); msg != std::string::npos) type.erase(msg, 4);
+  return type;
+}
+
 struct RosVisitor {
   /// Topics are counted from 0 in the order in which they come; a topic is announced once for each of its
   /// publishers, where the file tells them apart.

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/parallel_tasks.h"
+#include "datasets/data_error.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_name.h"
 #include "datasets/logs/run_errors.h"
@@ -156,6 +157,28 @@ Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
   return formats;
 }
 
+namespace {
+
+/// Of errors and innovations that are all blank or NaN there is no verdict, and nothing that could fail.
+void require_something_to_judge(const CheckedLogs& logs, const fs::path& first) {
+  const Evidence& evidence = logs.analysis.evidence;
+  const Judgement& judgement = logs.analysis.judgement;
+  const bool claimed = evidence.has_truth || !evidence.sensors.empty();
+  const bool explained = evidence.rejected_rows() > 0 || !evidence.study.failures.empty() ||
+                         logs.unmatched_rows > 0 || !logs.analysis.complete;
+  const bool judged =
+      judgement.nees.count > 0 ||
+      std::ranges::any_of(judgement.blocks, [](const BlockVerdict& b) { return b.verdict.count > 0; }) ||
+      std::ranges::any_of(judgement.sensors, [](const SensorJudgement& s) { return s.nis.count > 0; });
+  if (!claimed || explained || judged) return;
+  throw DataError(first, "",
+                  fmt::format("there is nothing to judge in {} rows: no row has an error, or an innovation, "
+                              "that is a number",
+                              evidence.rows));
+}
+
+}  // namespace
+
 CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options, bool keep_first_run) {
   const Formats formats = formats_of(files, options);
   LogReading reading{options.reading, {}, {}};
@@ -192,6 +215,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
        .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr},
       result.explained(), logs);
   logs.analysis.complete = result.complete;
+  require_something_to_judge(logs, files.front());
   logs.poses = std::move(result.poses);
   logs.first_run = std::move(first_run);
   return logs;

@@ -263,6 +263,12 @@ TEST_F(FilterLog, NanIsABlankAsProgramsWriteIt) {
   }
 }
 
+TEST_F(FilterLog, NumbersMayHaveASignAndQuotesAndBeTooSmallForADouble) {
+  const std::vector<Step> rows = read(kHeader + "1,+2,\"0.5\",1e-400, \"-0.25\" ,4,0,9,0,2\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].error, (Vector{{2.0, 0.75}}));
+}
+
 TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
   const std::string row = "1,2,3,2,3,4,0,9,0,2\n";
   const std::pair<std::string, std::string> cases[] = {

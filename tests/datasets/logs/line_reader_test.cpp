@@ -57,6 +57,14 @@ TEST(LineReader, a_line_above_16_mb_is_an_error_before_it_is_held) {
   expect_line_error("first\n" + longest + "xx\n", "lines.txt:2: the line is longer than 16 MB");
 }
 
+TEST(LineReader, text_of_utf_16_is_named) {
+  expect_line_error(std::string("\xff\xfe"
+                                "a\0\n\0",
+                                6),
+                    "lines.txt: is text of UTF-16; save it as UTF-8");
+  EXPECT_THAT(lines_of("\xff\n"), ElementsAre("\xff"));
+}
+
 TEST(LineReader, what_is_no_file_is_named) {
   const TemporaryFolder folder;
   EXPECT_THAT([&] { LineReader(folder / "absent"); },

@@ -40,6 +40,10 @@ TEST(LogFormats, AFileIsKnownByHowItBegins) {
               ::testing::ThrowsMessage<DataError>(HasSubstr("is of no known format; accepted are mcap")));
   EXPECT_THAT([&] { log_format_of(folder.write("log", "")); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("is empty")));
+  for (const std::string mark : {"\xff\xfe", "\xfe\xff"}) {
+    EXPECT_THAT([&] { log_format_of(folder.write("log", mark + std::string("a\0\n\0", 4))); },
+                ::testing::ThrowsMessage<DataError>(HasSubstr("is text of UTF-16; save it as UTF-8")));
+  }
   EXPECT_THAT([&] { log_format_of(folder / "absent"); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("there is no such file")));
 }

@@ -4,6 +4,8 @@
 #include <matio.h>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/log_format.h"
+#include "tests/datasets/logs/byte_writer.h"
 #include "tests/datasets/logs/hostile.h"
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
@@ -283,6 +285,24 @@ TEST(MatLog, NoCutOrFlippedByteCrashes) {
     // Behind error and P a file may end.
     EXPECT_EQ(testing::unnoticed_cuts(mat_format(), whole, {}), as == As::packed ? 1U : 0U);
   }
+}
+
+// type, rows, columns, imaginary, length of the name (MAT-File Format, version 4).
+TEST(MatLog, AFileOfVersion4SaysHowToSaveIt) {
+  const TemporaryFolder folder;
+  const std::string bytes = testing::ByteWriter()
+                                .add<std::uint32_t>(0)
+                                .add<std::uint32_t>(20)
+                                .add<std::uint32_t>(1)
+                                .add<std::uint32_t>(0)
+                                .add<std::uint32_t>(6)
+                                .text(std::string("error\0", 6))
+                                .text(std::string(160, '\0'))
+                                .bytes();
+  const auto file = folder.write("log.mat", bytes);
+  RecordedSink sink;
+  EXPECT_THAT([&] { log_format_of(file).read(file, {}, sink); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("version 4")));
 }
 
 TEST(MatLog, AFileOfHdf5SaysHowToSaveIt) {

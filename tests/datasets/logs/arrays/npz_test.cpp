@@ -342,6 +342,19 @@ TEST(Npz, ErrorsNameTheArray) {
   fails_with(written_npz({large, log[1]}), "a shape beyond its");
 }
 
+// Zeros of gigabytes are packed into little: what cannot be judged is refused before they are unpacked, and
+// with them their checksum is looked at.
+TEST(Npz, PackedArraysAreRefusedByTheirHeaders) {
+  const auto fails_with = [](std::string bytes, const std::string& message) {
+    bytes[bytes.find("PK\x01\x02") + 16] ^= 1;  // the checksum of the first
+    EXPECT_THAT([&] { read(bytes); }, ::testing::ThrowsMessage<DataError>(HasSubstr(message)));
+  };
+  const auto log = arrays();
+  const Npy wrong{"P", {kNpzRuns, kNpzSteps, 2}, log[0].values};
+  fails_with(written_npz({log[0], wrong}, true), "error (3, 4, 2) and P (3, 4, 2): accepted are");
+  fails_with(written_npz(log, true), "error.npy has a checksum that is not its own");
+}
+
 TEST(Npz, NoCutOrFlippedByteCrashes) {
   for (const bool packed : {false, true}) {
     std::vector<Npy> log = {{"innovation", {2, 1}, {1, 2}}, {"S", {2, 1, 1}, {1, 1}}};

@@ -458,6 +458,7 @@ TEST(RosLog, PlacesOnTheEarthAreATruthInEastNorthUp) {
   for (const Step& step : sink.runs[0].steps) EXPECT_LT((step.error - kShift - start).norm(), 1e-6);
   EXPECT_NEAR(sink.runs[0].steps[0].P(1, 1), 1.5, 1e-12);
   EXPECT_THAT(sink.said(), HasSubstr("The estimate is in the frame 'map', the truth in 'gps'"));
+  EXPECT_THAT(sink.said(), HasSubstr(": 1 messages without a fix, or with a position that is not finite"));
 }
 
 TEST(RosLog, MessagesOutOfOrderAreLeftOutAndCounted) {
