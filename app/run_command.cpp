@@ -50,8 +50,8 @@ int show_one_run(const RunOptions& options) {
 }
 
 /// `run` is of one configuration: what else the file asks for is said, not left out in silence.
-void tell_of_sweep(const std::string& file, const RunOptions& options) {
-  if (options.quiet || open_scenario(file).sweep.empty()) return;
+void tell_of_sweep(const std::string& file) {
+  if (open_scenario(file).sweep.empty()) return;
   say(fmt::format("{} has a [sweep], which run leaves aside; all of its configurations: credence sweep {}",
                   file, file));
 }
@@ -122,7 +122,7 @@ int run(const RunOptions& options) {
   for (const std::string& file : options.scenarios) {
     configurations.push_back(naming_file(file, [&] {
       const Scenario scenario = open_one_scenario(file, options.overrides());
-      tell_of_sweep(file, options);
+      tell_of_sweep(file);
       if (!options.out.empty() && options.log.empty()) require_storable(scenario);
       return make_configuration(scenario);
     }));

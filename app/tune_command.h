@@ -10,6 +10,9 @@
 
 namespace credence::internal {
 
+/// Of logs and data sets; a scenario has its own.
+inline constexpr double kTuneConfidence = 0.95;
+
 struct TuneOptions : CommonOptions {
   std::vector<std::string> inputs;
   std::string free;  ///< empty: Q and R, or all noise of a data set

@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <sstream>
 #include <stdexcept>
 
 #include "app/data_set_folder.h"
@@ -9,13 +8,12 @@
 #include "app/tell.h"
 #include "app/tune_command.h"
 #include "core/stop_point.h"
+#include "datasets/logs/number_field.h"
 #include "datasets/replay/replay_tuning.h"
 #include "reports/document/tuning/replay_tune_report.h"
 
 namespace credence::internal {
 namespace {
-
-constexpr double kReplayConfidence = 0.95;
 
 std::vector<ReplayedLog> replayed_logs(const TuneOptions& options) {
   std::vector<ReplayedLog> logs;
@@ -38,8 +36,7 @@ std::vector<ReplayedLog> replayed_logs(const TuneOptions& options) {
 std::vector<std::string> free_keys(const TuneOptions& options, const ReplaySettings& settings) {
   if (options.free.empty()) return replay_noise_keys(settings);
   std::vector<std::string> keys;
-  std::istringstream list(options.free);
-  for (std::string key; std::getline(list, key, ',');) keys.push_back(key);
+  for (const std::string_view key : comma_fields(options.free)) keys.emplace_back(key);
   return keys;
 }
 
@@ -57,7 +54,7 @@ int tune_data_set(const TuneOptions& options) {
   ReplayScore score(logs, free_keys(options, logs.front().settings), options.threads, &stop);
   score.watch([&](double plays) { display.show({.runs_in_hand = plays}); });
   try {
-    const ReplayTuning tuning = tune_replays(logs, score, kReplayConfidence);
+    const ReplayTuning tuning = tune_replays(logs, score, kTuneConfidence);
     tell(replay_tune_document(tuning, score), options);
     const bool inconsistent = !tuning.left_out.empty() && is_inconsistent(left_out_verdict(tuning));
     return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;

@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLogConfidence = 0.95;
-
 }  // namespace
 
 int tune_logs(const TuneOptions& options) {
@@ -36,7 +34,7 @@ int tune_logs(const TuneOptions& options) {
   if (records.empty()) throw std::invalid_argument("the logs hold no innovations with their covariance");
   std::vector<InnovationTuning> sensors;
   sensors.reserve(records.size());
-  for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kLogConfidence));
+  for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kTuneConfidence));
   const std::string name = log_name(options.inputs.front());
   tell(log_tune_document(name, sensors), options);
   const bool inconsistent = std::ranges::any_of(

@@ -68,7 +68,8 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
       survey_of_(start.survey_m.size()),
       filter_(make_replay_slam(settings, {vehicle_, Q_, R_, placed(anchors_, start.survey_m), start.survey_m,
                                           settings.filter.jacobians == ReplayJacobians::truth})),
-      time_s_(start.time_s) {
+      time_s_(start.time_s),
+      true_pose_(start.pose) {
   std::iota(survey_of_.begin(), survey_of_.end(), 0);
   const double position = settings.initial.position_std;
   const double heading = settings.initial.heading_std_deg * kRadiansPerDegree;
@@ -88,9 +89,15 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
   follow_traces();
 }
 
+std::optional<Pose> ReplayFilter::next_true_pose(double time_s) {
+  if (!truth_) return std::nullopt;
+  true_pose_ = truth_(time_s).value_or(vehicle_.moved(true_pose_, control_, time_s - time_s_));
+  return true_pose_;
+}
+
 void ReplayFilter::advance_to(double time_s) {
   if (time_s <= time_s_) return;
-  filter_->predict(control_, time_s - time_s_, truth_ ? truth_(time_s) : std::nullopt);
+  filter_->predict(control_, time_s - time_s_, next_true_pose(time_s));
   time_s_ = time_s;
   follow_traces();
 }

@@ -23,7 +23,8 @@ struct ReplayStart {
   Pose pose = Pose::Zero();
   std::vector<Point> survey_m;
   std::vector<int> first_seen;  ///< surveyed landmarks by first observation: the first become anchors
-  /// The true pose at a time, where it is known; only needed for Jacobians at the truth.
+  /// The true pose at a time, where it is known; only needed for Jacobians at the truth, which where it is
+  /// not known are taken at the last one moved as the control says.
   std::function<std::optional<Pose>(double time_s)> truth = {};
 };
 
@@ -70,6 +71,7 @@ class ReplayFilter {
   };
 
   PosePrediction predicted(double time_s) const;
+  std::optional<Pose> next_true_pose(double time_s);
   void compare(ReplayReference reference, const Vector& error, const Matrix& covariance);
   void follow_traces();
 
@@ -93,6 +95,7 @@ class ReplayFilter {
   Control control_ = Control::Zero();
   double time_s_ = 0;
   std::function<std::optional<Pose>(double)> truth_;  ///< empty unless Jacobians are taken there
+  Pose true_pose_;                                    ///< the last, if so
   double squared_error_ = 0, squared_heading_error_ = 0;
   Index headings_ = 0;
   ReplayResult result_;

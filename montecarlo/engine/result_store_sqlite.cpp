@@ -35,8 +35,8 @@ std::string reason(sqlite3* database, int code) {
 std::string explain(sqlite3* database, int code) {
   switch (code & 0xFF) {  // the upper bits give the kind of the kind
     case SQLITE_FULL:
-      return "the disk is full; what was saved before is kept: free some space and run the same command "
-             "again";
+      return "the disk is full: free some space and run the same command again, which goes on from what is "
+             "stored";
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return "is locked by another process";
     case SQLITE_NOTADB: return "is no result store (it is not an SQLite database)";
@@ -45,8 +45,7 @@ std::string explain(sqlite3* database, int code) {
     case SQLITE_PERM: return "cannot be written to (it is read-only)";
     case SQLITE_CANTOPEN: return fmt::format("cannot be opened ({})", reason(database, code));
     case SQLITE_IOERR:
-      return fmt::format("cannot be read or written ({}); what was saved before is kept",
-                         reason(database, code));
+      return fmt::format("cannot be read or written ({}); what is stored is kept", reason(database, code));
     default: return reason(database, code);
   }
 }

@@ -18,6 +18,12 @@ namespace {
 
 constexpr std::size_t kLargestFile = 1 << 20;
 
+/// /dev/stdin, /dev/fd/63, /proc/self/fd/0.
+bool is_of_shell(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  return name.starts_with("/dev/") || name.starts_with("/proc/");
+}
+
 std::string read_text(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
@@ -26,6 +32,10 @@ std::string read_text(const std::filesystem::path& file) {
   }
   if (std::filesystem::is_directory(status)) {
     throw ScenarioError(fmt::format("{}: is a directory; a scenario is a TOML file", file.string()));
+  }
+  // A pipe of the shell has its writer; one of another name would be waited for.
+  if (std::filesystem::is_fifo(status) && !is_of_shell(file)) {
+    throw ScenarioError(fmt::format("{}: is a pipe; a scenario is a TOML file", file.string()));
   }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {

@@ -232,12 +232,17 @@ TEST_F(RunCommand, AReportOfRunsThatAllFailedSaysSo) {
 }
 
 TEST_F(RunCommand, RunSaysThatItLeavesASweepAside) {
-  const Finished f = run({"run", "mistuned_sweep", "--runs", "64"});
-  EXPECT_EQ(f.code, 0);
-  EXPECT_EQ(f.err,
-            "mistuned_sweep has a [sweep], which run leaves aside; all of its configurations: credence sweep "
-            "mistuned_sweep\n");
-  EXPECT_EQ(run({"run", "mistuned_sweep", "--runs", "64", "--quiet"}).err, "");
+  std::vector<std::string> command = {"run", "mistuned_sweep", "--runs", "64"};
+  for (const bool quiet : {false, true}) {
+    if (quiet) command.emplace_back("--quiet");
+    const Finished f = run(command);
+    EXPECT_EQ(f.code, 0);
+    EXPECT_EQ(
+        f.err,
+        "mistuned_sweep has a [sweep], which run leaves aside; all of its configurations: credence sweep "
+        "mistuned_sweep\n")
+        << quiet;
+  }
 }
 
 TEST_F(RunCommand, CtrlCSavesReportsWhatIsThereAndExits130) {

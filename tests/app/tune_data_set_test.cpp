@@ -15,7 +15,7 @@ class TuneDataSet : public CommandTest {};
 
 TEST_F(TuneDataSet, OfADataSetIsJudgedOnWhatWasLeftOut) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");
-  const Json j = json({"tune", "carpark", "--data", data.string(), "--free", "noise.range_std", "--quiet",
+  const Json j = json({"tune", "carpark", "--data", data.string(), "--free", " noise.range_std ", "--quiet",
                        "--format", "json"});
   EXPECT_EQ(j["parameters"][0]["name"], "noise.range_std");
   EXPECT_EQ(j["held_out"]["parts"].size(), 5U);

@@ -123,21 +123,22 @@ StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
   decision.p_value = std::isnan(decision.log_e_value) ? decision.log_e_value
                                                       : std::min(1.0, std::exp(-decision.log_e_value));
   decision.mean_nees = mean_nees_of(prefix, rule.confidence);
+  const bool by_scale = rule.consistent_within > 0.0;
   const auto scale = [&] { return scale_confidence_sequence(prefix.nees, prefix.nees_dof, rule.confidence); };
-  if (rule.consistent_within > 0.0) decision.scale = scale();
+  if (by_scale) decision.scale = scale();
 
   // Half of α at any look, half at the last.
   if (rule.on_verdict && decision.p_value <= 0.5 * alpha) {
     stop(decision, "verdict",
          log_nees >= log_nis ? direction_of_nees(prefix) : direction(prefix.nis, prefix.nis_dof));
-  } else if (rule.consistent_within > 0.0 && scale_is_within(decision.scale, rule.consistent_within)) {
+  } else if (by_scale && scale_is_within(decision.scale, rule.consistent_within)) {
     stop(decision, "verdict", Verdict::consistent);
   } else if (prefix.last) {
     stop(decision, "max_runs", last_look(prefix, 0.5 * alpha));
   } else if (precise(rule, decision.mean_nees)) {
     stop(decision, "precision", Verdict::undecided);
   }
-  if (decision.stop) decision.scale = scale();
+  if (decision.stop && !by_scale) decision.scale = scale();
   return decision;
 }
 

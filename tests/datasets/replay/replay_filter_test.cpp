@@ -39,6 +39,28 @@ TEST(ReplayFilter, NisTellsWrongNoise) {
   EXPECT_LT(world.run(1, 4 * kSteps, 0.5).nis.mean(), 2 - five_errors / 2);
 }
 
+// A truth that moves as the control says is the same with gaps and without.
+TEST(ReplayFilter, InAGapTheTruthMovesAsTheControlSays) {
+  World world;
+  const auto covariance = [&world](const char* estimator, int every) {
+    std::vector<Pose> path = {world.start.pose};
+    for (int k = 0; k < 30; ++k) path.push_back(world.vehicle.moved(path.back(), Control(0.5, 0.2), 0.1));
+    world.settings.filter.estimator = estimator;
+    world.settings.filter.jacobians =
+        estimator == std::string("ekf") ? ReplayJacobians::truth : ReplayJacobians::estimate;
+    world.start.truth = [&](double time_s) -> std::optional<Pose> {
+      const auto k = static_cast<std::size_t>(std::lround(10.0 * (time_s - world.start.time_s)));
+      if (k % static_cast<std::size_t>(every) != 0) return std::nullopt;
+      return path.at(k);
+    };
+    return world.run(3, 30).map_covariance;
+  };
+  for (const char* estimator : {"ekf", "ideal"}) {
+    const Matrix whole = covariance(estimator, 1), with_gaps = covariance(estimator, 7);
+    EXPECT_LT((whole - with_gaps).norm(), 1e-9 * whole.norm()) << estimator;
+  }
+}
+
 TEST(ReplayFilter, EveryObservationHasOneOutcome) {
   const World world;
   const ReplayResult result = world.run(7, 50);

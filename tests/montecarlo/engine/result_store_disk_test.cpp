@@ -96,9 +96,9 @@ int on_small_disk(const TemporaryFolder& folder, const std::string& size,
     try {
       work(folder.path());
     } catch (const StoreError& error) {
-      const bool said = std::string(error.what())
-                            .starts_with((folder / "results.sqlite").string() +
-                                         ": the disk is full; what was saved before");
+      const bool said =
+          std::string(error.what())
+              .starts_with((folder / "results.sqlite").string() + ": the disk is full: free some space");
       _exit(said ? kFull : kSaysSomethingElse);
     }
     _exit(kFits);

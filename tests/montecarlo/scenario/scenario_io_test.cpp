@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -219,6 +220,9 @@ TEST(LoadScenario, FilesThatCannotBeRead) {
               AllOf(HasSubstr("missing.toml"), HasSubstr("no such")));
   EXPECT_THAT(said(little.path() / "below.toml"), AllOf(HasSubstr("below.toml"), HasSubstr("no such")));
   EXPECT_THAT(said(little.directory()), HasSubstr("is a directory"));
+  const auto pipe = little.directory() / "pipe.toml";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(said(pipe), HasSubstr("is a pipe"));
   EXPECT_THAT(said(""), HasSubstr("no such"));
   const ScratchFile full(kLine + std::string((1 << 20) - kLine.size(), '#'));
   EXPECT_EQ(said(full.path()), "accepted") << "1 MiB, to the byte";
