@@ -8,6 +8,7 @@
 #include "analysis/stability/riccati_newton.h"
 #include "analysis/stability/riccati_scaling.h"
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/matrix_product.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -35,8 +36,9 @@ class StallDetector {
   int count_ = 0;
 };
 
-/// Structured doubling, then Newton. False when there is no certificate of a stabilising solution.
-bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
+/// Structured doubling, then Newton; also F − F K H. False when there is no certificate of a stabilising
+/// solution.
+bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution, Matrix& closed_loop) {
   RiccatiMap map(problem);
   StallDetector detector;
   while (map.doublings() < kMaxRegularDoublings) {
@@ -58,6 +60,7 @@ bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
     solution.growth_exponent = trace_before > 0.0 ? std::log2(P.trace() / map.Theta().trace()) : 0.0;
     solution.steps = std::exp2(map.doublings());
     solution.P = std::move(P);
+    closed_loop = std::move(residual.closed_loop);
     return true;
   }
   return false;
@@ -65,14 +68,28 @@ bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
 
 Matrix filter_gain(const RiccatiProblem& problem, const Matrix& P) {
   if (problem.H.rows() == 0) return Matrix(problem.state_dim(), 0);
-  const Matrix PHt = P * problem.H.transpose();
-  const Eigen::LLT<Matrix> llt(problem.H * PHt + problem.R);
+  Matrix PHt, S = problem.R;
+  MatrixProduct multiply;
+  multiply.set(PHt, P, ProductFactor::transposed(problem.H));
+  multiply.add_lower(S, problem.H, PHt);
+  const Eigen::LLT<Matrix> llt(S);
   return llt.solve(PHt.transpose()).transpose();
 }
 
-void describe_closed_loop(const ScaledRiccati& scaled, const Matrix& P, RiccatiSolution& solution) {
-  const RiccatiProblem& problem = scaled.problem;
-  solution.closed_loop_eigenvalues = closed_loop_eigenvalues(problem.F, filter_gain(problem, P), problem.H);
+/// By falling modulus; empty when the iteration does not converge.
+Eigen::VectorXcd eigenvalues_of(const Matrix& M) {
+  const Eigen::EigenSolver<Matrix> eigen(M, false);
+  if (eigen.info() != Eigen::Success) return {};
+  Eigen::VectorXcd values = eigen.eigenvalues();
+  std::sort(values.begin(), values.end(), [](auto a, auto b) {
+    if (std::abs(a) != std::abs(b)) return std::abs(a) > std::abs(b);
+    return std::arg(a) > std::arg(b);
+  });
+  return values;
+}
+
+void describe_closed_loop(const Matrix& closed_loop, RiccatiSolution& solution) {
+  solution.closed_loop_eigenvalues = eigenvalues_of(closed_loop);
   solution.spectral_radius =
       solution.closed_loop_eigenvalues.size() > 0 ? std::abs(solution.closed_loop_eigenvalues[0]) : kNaN;
 }
@@ -80,11 +97,13 @@ void describe_closed_loop(const ScaledRiccati& scaled, const Matrix& P, RiccatiS
 RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati& scaled,
                              const RiccatiOptions& options) {
   RiccatiSolution solution;
-  if (!solve_regular(scaled.problem, solution)) {
+  Matrix closed_loop;
+  if (!solve_regular(scaled.problem, solution, closed_loop)) {
     solution = solve_marginal_riccati(scaled.problem, scaled.P0);
+    closed_loop = riccati_residual(scaled.problem, solution.P).closed_loop;
   }
   if (options.closed_loop_eigenvalues) {
-    describe_closed_loop(scaled, solution.P, solution);
+    describe_closed_loop(closed_loop, solution);
   } else {
     solution.spectral_radius = kNaN;
   }
@@ -128,15 +147,7 @@ RiccatiSolution solve_riccati(const RiccatiProblem& problem, const RiccatiOption
 
 Eigen::VectorXcd closed_loop_eigenvalues(MatrixRef F, MatrixRef K, MatrixRef H) {
   const Matrix FKH = F * K * H;
-  const Matrix closed_loop = F - FKH;
-  const Eigen::EigenSolver<Matrix> eigen(closed_loop, false);
-  if (eigen.info() != Eigen::Success) return {};
-  Eigen::VectorXcd values = eigen.eigenvalues();
-  std::sort(values.begin(), values.end(), [](auto a, auto b) {
-    if (std::abs(a) != std::abs(b)) return std::abs(a) > std::abs(b);
-    return std::arg(a) > std::arg(b);
-  });
-  return values;
+  return eigenvalues_of(F - FKH);
 }
 
 }  // namespace credence

@@ -14,12 +14,15 @@
 namespace credence::internal {
 namespace {
 
+/// allFinite() at the width of a vector register.
+bool is_finite(MatrixRef M) { return (M.array() * 0.0).sum() == 0.0; }
+
 void require_shape(const char* name, MatrixRef M, Index rows, Index cols) {
   if (M.rows() != rows || M.cols() != cols) {
     throw std::invalid_argument(
         fmt::format("{} is {}x{} and must be {}x{}", name, M.rows(), M.cols(), rows, cols));
   }
-  if (!M.allFinite()) throw std::invalid_argument(fmt::format("{} has an entry that is not finite", name));
+  if (!is_finite(M)) throw std::invalid_argument(fmt::format("{} has an entry that is not finite", name));
 }
 
 void require_symmetric(const char* name, MatrixRef M) {
@@ -35,7 +38,7 @@ void require_psd(const char* name, MatrixRef M) {
   const double slack = 1e-9 * M.cwiseAbs().maxCoeff();
   Matrix shifted = M;
   shifted.diagonal().array() += slack + std::numeric_limits<double>::min();
-  if (Eigen::LLT<Matrix>(shifted).info() == Eigen::Success) return;
+  if (PanelCholesky().compute(shifted, Vector::Zero(M.rows()))) return;
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(Matrix(M), Eigen::EigenvaluesOnly);
   throw std::invalid_argument(
       fmt::format("{} is not positive semidefinite: eigenvalue {:g}", name, eigen.eigenvalues().minCoeff()));
@@ -43,6 +46,9 @@ void require_psd(const char* name, MatrixRef M) {
 
 constexpr double kLargest = 1e100;  // squares of it are still finite
 constexpr double kVisibleRounding = 1e-3;
+// The differences of the factored form are in error by ‖A‖² roundings, of which Newton's correction is to
+// have few digits left to make good.
+constexpr double kLargeTransition = 1e4;
 constexpr double kSignificantIncrement = 1e-5;
 
 /// Another point of the trajectory, near enough for the same P0 to be followed from it.
@@ -95,12 +101,12 @@ Matrix riccati_step(const RiccatiProblem& problem, MatrixRef P) {
 }
 
 RiccatiMap::RiccatiMap(const RiccatiProblem& problem)
-    : A_(problem.F), Theta_(problem.Qt), N_(0, problem.state_dim()) {
+    : A_(problem.F), Theta_(problem.Qt), C_(problem.state_dim(), 0) {
   const Index n = problem.state_dim();
   centre_ = Matrix::Zero(n, n);
   if (problem.H.rows() > 0) {
     const Eigen::LLT<Matrix> llt(problem.R);
-    N_ = llt.matrixL().solve(problem.H);
+    C_ = llt.matrixL().solve(problem.H).transpose();
   }
   allocate();
 }
@@ -109,11 +115,11 @@ RiccatiMap::RiccatiMap(const RiccatiProblem& problem, const Matrix& centre)
     : centre_(centre),
       A_(problem.F),
       Theta_(riccati_step(problem, centre) - centre),
-      N_(0, problem.state_dim()) {
+      C_(problem.state_dim(), 0) {
   if (problem.H.rows() > 0) {
     const Matrix PHt = centre * problem.H.transpose();
     const Eigen::LLT<Matrix> llt(problem.H * PHt + problem.R);
-    N_ = llt.matrixL().solve(problem.H);
+    C_ = llt.matrixL().solve(problem.H).transpose();
     A_ -= problem.F * llt.solve(PHt.transpose()).transpose() * problem.H;
   }
   allocate();
@@ -121,116 +127,157 @@ RiccatiMap::RiccatiMap(const RiccatiProblem& problem, const Matrix& centre)
 
 void RiccatiMap::allocate() {
   const Index n = A_.rows();
-  for (Matrix* M : {&W_, &X_, &product_, &next_Gamma_, &next_Theta_}) M->resize(n, n);
-  lu_ = Eigen::PartialPivLU<Matrix>(n);
-  if (!is_factored()) densify();
+  for (Matrix* M : {&X_, &Z_, &product_, &next_Gamma_, &next_Theta_}) M->resize(n, n);
+  if (C_.cols() <= n) return;
+  copy_Gamma(next_Gamma_);
+  Gamma_.swap(next_Gamma_);
+  factor_Gamma();
+}
+
+void RiccatiMap::copy_Gamma(Matrix& to) {
+  if (Gamma_.size() > 0) {
+    to = Gamma_;
+  } else {
+    multiply_.set_lower(to, C_, ProductFactor::transposed(C_));
+    mirror_lower(to);
+  }
+}
+
+/// C of Gamma_.
+void RiccatiMap::factor_Gamma() {
+  const Index n = A_.rows();
+  dense_ = !cholesky_.compute(Gamma_, Vector::Zero(n));
+  if (!dense_) C_ = cholesky_.L();
+}
+
+ProductFactor RiccatiMap::C() const { return Gamma_.size() > 0 ? ProductFactor::lower(C_) : C_; }
+
+bool RiccatiMap::square() {
+  if (!dense_ && !factorise(Factored::with_A)) densify();
+  return dense_ ? square_dense() : square_factored();
 }
 
 void RiccatiMap::densify() {
-  Gamma_ = Matrix::Zero(A_.rows(), A_.rows());
-  multiply_.add_lower(Gamma_, ProductFactor::transposed(N_), N_);
-  mirror_lower(Gamma_);
+  copy_Gamma(next_Gamma_);
+  Gamma_.swap(next_Gamma_);
   dense_ = true;
 }
 
-bool RiccatiMap::square() {
-  if (!dense_) return square_factored();
-  return square_dense();
-}
-
-// With Γ = NᵀN and S = I + N Θ Nᵀ = L Lᵀ: X = (I + ΘΓ)⁻¹ A = A − Θ Nᵀ S⁻¹ N A, and Γ' has the factor
-// [N; L⁻¹ N A], of twice the rows. Θ + centre ⪰ 0, but Θ need not be: S is checked.
-bool RiccatiMap::square_factored() {
-  const Index n = A_.rows(), r = N_.rows();
-  const Matrix N_Theta = N_ * Theta_;
-  Matrix S = N_Theta * N_.transpose();
-  S.diagonal().array() += 1.0;
-  const Eigen::LLT<Matrix> llt(S);
-  if (llt.info() != Eigen::Success) {
-    densify();
-    return square_dense();
+// With Γ = C Cᵀ and S = I + CᵀΘC = L Lᵀ: W = [Θ; Aᵀ] C L⁻ᵀ = [Eᵀ; Mᵀ]. Θ + centre ⪰ 0, but Θ need not be: S
+// is checked.
+bool RiccatiMap::factorise(Factored what) {
+  const Index n = A_.rows(), r = C_.cols();
+  if (!(A_.norm() <= kLargeTransition)) return false;
+  Y_.resize(what == Factored::with_A ? 2 * n : n, r);
+  multiply_.set(product_, Theta_, C());
+  Y_.topRows(n) = product_;
+  multiply_.set_lower(S_, ProductFactor::transposed(C()), product_);
+  S_.diagonal().array() += 1.0;
+  if (what == Factored::with_A) {
+    multiply_.set(product_, ProductFactor::transposed(A_), C());
+    Y_.bottomRows(n) = product_;
   }
-  const Matrix E = llt.matrixL().solve(N_Theta);
-  Matrix next_N(2 * r, n);
-  next_N.topRows(r) = N_;
-  next_N.bottomRows(r) = llt.matrixL().solve(N_ * A_);
-  X_ = A_;
-  X_.noalias() -= E.transpose() * next_N.bottomRows(r);
-
-  multiply_.set(product_, A_, Theta_);
-  next_Theta_.setZero();
-  multiply_.add_lower(next_Theta_, product_, ProductFactor::transposed(A_));
-  if (r > 0) {
-    const Matrix EA = E * A_.transpose();
-    next_Theta_.triangularView<Eigen::Lower>() -= EA.transpose() * EA;
-  }
-  const double change = add_to_Theta();
-  multiply_.set(product_, A_, X_);
-  const double size = next_Theta_.norm();
-  if (!std::isfinite(size) || !product_.allFinite() || !next_N.allFinite()) return false;
-  A_.swap(product_);
-  N_.swap(next_N);
-  Theta_.swap(next_Theta_);
-  last_change_ = size > 0.0 ? change / size : 0.0;
-  ++doublings_;
-  if (!is_factored()) densify();
+  if (!cholesky_.compute(S_, Y_, Vector::Zero(r))) return false;
+  W_ = cholesky_.W();
   return true;
 }
 
-void RiccatiMap::factorise() {
-  multiply_.set(W_, Theta_, Gamma_);
-  W_.diagonal().array() += 1.0;
-  lu_.compute(W_);
+// Θ' = Θ + A Z Aᵀ with Z = (I + ΘΓ)⁻¹ Θ = Θ − EᵀE.
+double RiccatiMap::combine_Theta() {
+  const ProductFactor Et = ProductFactor::rows_of(W_, 0, A_.rows());
+  Z_ = Theta_;
+  multiply_.add_lower(Z_, ProductFactor::minus(Et), ProductFactor::transposed(Et));
+  mirror_lower(Z_);
+  multiply_.set(product_, A_, Z_);
+  multiply_.set_lower(next_Theta_, product_, ProductFactor::transposed(A_));
+  return complete_Theta();
 }
 
 /// Completes next_Theta_, whose lower triangle holds what is added, and returns the size of that.
-double RiccatiMap::add_to_Theta() {
+double RiccatiMap::complete_Theta() {
   mirror_lower(next_Theta_);
   const double change = next_Theta_.norm();
   next_Theta_ += Theta_;
   return change;
 }
 
-// A' = A X, Γ' = Γ + Aᵀ Γ X, Θ' = Θ + A Θ Y with X = (I + ΘΓ)⁻¹ A and Y = (I + ΓΘ)⁻¹ Aᵀ.
-bool RiccatiMap::square_dense() {
-  factorise();
-  X_ = lu_.solve(A_);
-  multiply_.set(product_, Gamma_, X_);
-  next_Gamma_ = Gamma_;
-  multiply_.add_lower(next_Gamma_, ProductFactor::transposed(A_), product_);
-  mirror_lower(next_Gamma_);
-
-  W_ = lu_.transpose().solve(A_.transpose());
-  multiply_.set(product_, Theta_, W_);
-  next_Theta_.setZero();
-  multiply_.add_lower(next_Theta_, A_, product_);
-  const double change = add_to_Theta();
-
+// A' = A X with X = (I + ΘΓ)⁻¹ A = A − EᵀM, and C' = [C Mᵀ] or the Cholesky factor of Γ' = Γ + MᵀM.
+bool RiccatiMap::square_factored() {
+  const Index n = A_.rows(), r = C_.cols();
+  const ProductFactor Et = ProductFactor::rows_of(W_, 0, n), Mt = ProductFactor::rows_of(W_, n, n);
+  const double change = combine_Theta();
+  X_ = A_;
+  multiply_.add(X_, ProductFactor::minus(Et), ProductFactor::transposed(Mt));
   multiply_.set(product_, A_, X_);
-  const double size = next_Theta_.norm();
-  if (!std::isfinite(size) || !product_.allFinite() || !next_Gamma_.allFinite()) return false;
-  A_.swap(product_);
+  if (2 * r <= n) {
+    if (!is_finite(W_) || !accept(change)) return false;
+    C_.conservativeResize(n, 2 * r);
+    C_.rightCols(r) = W_.bottomRows(n);
+    return true;
+  }
+  copy_Gamma(next_Gamma_);
+  multiply_.add_lower(next_Gamma_, Mt, ProductFactor::transposed(Mt));
+  mirror_lower(next_Gamma_);
+  if (!is_finite(next_Gamma_) || !accept(change)) return false;
   Gamma_.swap(next_Gamma_);
+  factor_Gamma();
+  return true;
+}
+
+/// Makes next_Theta_ and the A' in product_ the map's own, unless they are not finite.
+bool RiccatiMap::accept(double change) {
+  const double size = next_Theta_.norm();
+  if (!std::isfinite(size) || !is_finite(product_)) return false;
+  A_.swap(product_);
   Theta_.swap(next_Theta_);
   last_change_ = size > 0.0 ? change / size : 0.0;
   ++doublings_;
   return true;
 }
 
+void RiccatiMap::factorise_dense() {
+  multiply_.set(product_, Theta_, Gamma_);
+  product_.diagonal().array() += 1.0;
+  lu_.compute(product_);
+}
+
+// Θ' = Θ + A Θ Y with Y = (I + ΓΘ)⁻¹ Aᵀ.
+double RiccatiMap::combine_Theta_dense() {
+  Z_ = lu_.transpose().solve(A_.transpose());
+  multiply_.set(product_, Theta_, Z_);
+  multiply_.set_lower(next_Theta_, A_, product_);
+  return complete_Theta();
+}
+
+// A' = A X, Γ' = Γ + Aᵀ Γ X with X = (I + ΘΓ)⁻¹ A.
+bool RiccatiMap::square_dense() {
+  factorise_dense();
+  X_ = lu_.solve(A_);
+  multiply_.set(product_, Gamma_, X_);
+  next_Gamma_ = Gamma_;
+  multiply_.add_lower(next_Gamma_, ProductFactor::transposed(A_), product_);
+  mirror_lower(next_Gamma_);
+  const double change = combine_Theta_dense();
+  multiply_.set(product_, A_, X_);
+  if (!is_finite(next_Gamma_) || !accept(change)) return false;
+  Gamma_.swap(next_Gamma_);
+  return true;
+}
+
 Matrix RiccatiMap::next_Theta() {
-  if (!dense_) densify();
-  factorise();
-  W_ = lu_.transpose().solve(A_.transpose());
-  multiply_.set(product_, Theta_, W_);
-  next_Theta_.setZero();
-  multiply_.add_lower(next_Theta_, A_, product_);
-  add_to_Theta();
+  if (!dense_ && !factorise(Factored::Theta_alone)) densify();
+  if (dense_) {
+    factorise_dense();
+    combine_Theta_dense();
+  } else {
+    combine_Theta();
+  }
   return next_Theta_;
 }
 
 Matrix RiccatiMap::after(const Matrix& P) const {
   const Matrix D = P - centre_;
-  Matrix W = dense_ ? Matrix(Gamma_ * D) : Matrix(N_.transpose() * (N_ * D));
+  Matrix W = dense_ ? Matrix(Gamma_ * D) : Matrix(C_ * (C_.transpose() * D));
   W.diagonal().array() += 1.0;
   const Eigen::PartialPivLU<Matrix> lu(W);
   const Matrix Y = lu.solve(A_.transpose());

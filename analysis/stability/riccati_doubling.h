@@ -4,6 +4,7 @@
 
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/matrix_product.h"
+#include "core/linear_algebra/panel_cholesky.h"
 #include "core/types.h"
 
 /// @file
@@ -42,7 +43,7 @@ class RiccatiMap {
   /// One step around `centre`, n×n symmetric psd.
   RiccatiMap(const RiccatiProblem& problem, const Matrix& centre);
 
-  /// Composes the map with itself: twice the steps. 15 n³ operations, 5 n³ while Γ is of low rank.
+  /// Composes the map with itself: twice the steps. 17 n³ operations, 5 n³ + 12 n² r while Γ is of rank r.
   ///
   /// Returns false, and leaves the map as it was, when the result is not finite.
   bool square();
@@ -64,20 +65,28 @@ class RiccatiMap {
   double last_change() const { return last_change_; }
 
  private:
+  enum class Factored { Theta_alone, with_A };
   void allocate();
-  bool is_factored() const { return 3 * N_.rows() <= A_.rows(); }
+  void copy_Gamma(Matrix& to);
+  void factor_Gamma();
+  ProductFactor C() const;
+  void densify();
+  bool factorise(Factored what);
+  void factorise_dense();
+  double combine_Theta();
+  double combine_Theta_dense();
+  double complete_Theta();
   bool square_factored();
   bool square_dense();
-  void factorise();
-  double add_to_Theta();
-  void densify();
+  bool accept(double change);
 
   Matrix centre_, A_, Theta_;
-  Matrix N_, Gamma_;  // Γ = NᵀN while N has few rows, then Gamma_
-  bool dense_ = false;
+  Matrix C_, Gamma_;    // Γ = C Cᵀ, C of few columns and Gamma_ empty, or C the Cholesky factor of Gamma_
+  bool dense_ = false;  // Γ or I + CᵀΘC has no Cholesky factor: there is Gamma_ alone
   int doublings_ = 0;
   double last_change_ = 1.0;
-  Matrix W_, X_, product_, next_Gamma_, next_Theta_;
+  Matrix S_, Y_, W_, X_, Z_, product_, next_Gamma_, next_Theta_;
+  PanelCholesky cholesky_;
   Eigen::PartialPivLU<Matrix> lu_;
   MatrixProduct multiply_;
 };

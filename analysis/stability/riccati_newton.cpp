@@ -1,39 +1,42 @@
 #include "analysis/stability/riccati_newton.h"
 
+#include <algorithm>
 #include <cmath>
 
-#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_product.h"
 #include "core/linear_algebra/mirror.h"
+#include "core/linear_algebra/panel_cholesky.h"
+#include "core/nan.h"
 
 namespace credence::internal {
 namespace {
 
 constexpr int kMaxNewtonSteps = 6;
 constexpr int kMaxSquarings = 40;
-constexpr double kEnough = 1e-9;      // digits of a correction: the next one has the rest
-constexpr double kAcceptable = 1e-8;  // a residual above it is no solution
+constexpr double kFewestDigits = 1e-2;  // of a correction …
+constexpr double kMostDigits = 1e-9;    // … of which the next one has the rest
+constexpr double kAcceptable = 1e-8;    // a residual above it is no solution
 
-/// X = A X Aᵀ + C by X ← X + A X Aᵀ, A ← A². False when A is not stable: its powers do not fall to zero.
-bool smith_doubling(Matrix A, const Matrix& C, Matrix& X) {
+/// X = A X Aᵀ + C by X ← X + A X Aᵀ, A ← A², with an error of `enough` of it. False when A is not stable: its
+/// powers do not fall to zero.
+bool smith_doubling(Matrix A, const Matrix& C, double enough, Matrix& X) {
   const double largest = C.cwiseAbs().maxCoeff();
   const double size = largest > 0.0 ? largest : 1.0;  // nothing to correct still asks whether A is stable
-  Matrix sum = C / size, product, added(A.rows(), A.cols());
+  Matrix sum = C / size, product;
   MatrixProduct multiply;
   for (int k = 0; k < kMaxSquarings; ++k) {
     multiply.set(product, sum, ProductFactor::transposed(A));
-    added.setZero();
-    multiply.add_lower(added, A, product);
-    mirror_lower(added);
-    sum += added;
+    multiply.add_lower(sum, A, product);
+    mirror_lower(sum);
     if (!std::isfinite(sum.norm())) return false;
-    multiply.set(product, A, A);
-    A.swap(product);
-    // The rest of the sum is at most ‖A‖² of what there is, once ‖A‖ < 1.
-    if (A.squaredNorm() <= kEnough) {
+    // The rest of the sum is at most ‖A²‖² of what there is.
+    const double square = A.squaredNorm();
+    if (square * square <= enough) {
       X = size * sum;
       return true;
     }
+    multiply.set(product, A, A);
+    A.swap(product);
   }
   return false;
 }
@@ -41,7 +44,7 @@ bool smith_doubling(Matrix A, const Matrix& C, Matrix& X) {
 }  // namespace
 
 RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P) {
-  const Index n = problem.state_dim();
+  const Index m = problem.H.rows();
   RiccatiResidual result;
   MatrixProduct multiply;
   Matrix FP;
@@ -49,17 +52,17 @@ RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P)
   result.defect = problem.Qt - P;
   multiply.add_lower(result.defect, FP, ProductFactor::transposed(problem.F));
   result.closed_loop = problem.F;
-  if (problem.H.rows() > 0) {
-    const Matrix PHt = P * problem.H.transpose();
-    Matrix S = problem.H * PHt + problem.R;
-    const Eigen::LLT<Matrix> llt(S);
-    result.K = llt.solve(PHt.transpose()).transpose();
-    const Matrix FPHt = FP * problem.H.transpose();
-    const Matrix E = llt.matrixL().solve(FPHt.transpose());
-    result.defect.triangularView<Eigen::Lower>() -= E.transpose() * E;
-    result.closed_loop.noalias() -= (problem.F * result.K) * problem.H;
-  } else {
-    result.K = Matrix(n, 0);
+  if (m > 0) {
+    const ProductFactor Ht = ProductFactor::transposed(problem.H);
+    Matrix PHt, FPHt, S = problem.R;
+    multiply.set(PHt, P, Ht);
+    multiply.add_lower(S, problem.H, PHt);
+    multiply.set(FPHt, FP, Ht);
+    PanelCholesky cholesky;
+    if (!cholesky.compute(S, FPHt, Vector::Zero(m))) result.defect.setConstant(kNaN);
+    const Matrix W = cholesky.W(), FK = cholesky.gain();
+    multiply.add_lower(result.defect, ProductFactor::minus(W), ProductFactor::transposed(W));
+    multiply.add(result.closed_loop, ProductFactor::minus(FK), problem.H);
   }
   mirror_lower(result.defect);
   const double size = P.norm() > 0.0 ? P.norm() : problem.Qt.norm();
@@ -71,7 +74,8 @@ bool newton_refine(const RiccatiProblem& problem, Matrix& P, RiccatiResidual& re
   residual = riccati_residual(problem, P);
   for (int step = 0; step < kMaxNewtonSteps; ++step) {
     Matrix X;
-    if (!smith_doubling(residual.closed_loop, residual.defect, X)) return false;
+    const double enough = std::clamp(0.1 * target / residual.relative, kMostDigits, kFewestDigits);
+    if (!smith_doubling(residual.closed_loop, residual.defect, enough, X)) return false;
     const Matrix improved = P + X;
     RiccatiResidual after = riccati_residual(problem, improved);
     const bool much_better = after.relative < 0.1 * residual.relative;

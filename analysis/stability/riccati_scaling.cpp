@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/matrix_product.h"
 
 namespace credence::internal {
 namespace {
 
 constexpr int kMaxSweeps = 20;
 constexpr double kLargestExponent = 120.0;
+constexpr double kBalanced = 1.5;  // what rounds to less than 2
 
 /// What drives state i and what it drives: couplings to others, which its scale changes by a factor, and its
 /// own entries, which it changes by the square of that.
@@ -34,8 +36,9 @@ Balance balance_of(const Matrix& F, const Matrix& Q, const Matrix& Gamma, Index 
 
 /// The exponent that balances: its ratio falls by 2 to 4 a unit, so a quarter of it never goes too far.
 double wanted_exponent(const Balance& balance) {
-  double e = 0.0;
-  for (int i = 0; i < 20; ++i) e += 0.25 * balance.after(e);
+  if (balance.after(-kBalanced) > 0.0 && balance.after(kBalanced) < 0.0) return 0.0;
+  double e = 0.0, step = 1.0;
+  for (int i = 0; i < 20 && std::abs(step) > 0.01; ++i) e += step = 0.25 * balance.after(e);
   return std::round(e);
 }
 
@@ -90,7 +93,9 @@ ScaledRiccati scale_riccati(const RiccatiProblem& problem, MatrixRef P0) {
     scaled.problem.R = Matrix::Identity(m, m);
   }
   const Matrix& H = scaled.problem.H;
-  scaled.d = balancing_scales(problem.F, driving_noise(problem.Qt, P0), H.transpose() * H);
+  Matrix information;
+  MatrixProduct().set(information, ProductFactor::transposed(H), H);
+  scaled.d = balancing_scales(problem.F, driving_noise(problem.Qt, P0), information);
   const Vector inverse = scaled.d.cwiseInverse();
   scaled.problem.F = inverse.asDiagonal() * problem.F * scaled.d.asDiagonal();
   scaled.problem.H = (H * scaled.d.asDiagonal()).eval();

@@ -8,6 +8,17 @@
 namespace credence::internal {
 namespace {
 
+/// A whole panel: the eight are known when this is compiled.
+void pack_whole(const ProductFactor& M, const double* from, double* to) {
+  for (Index k = 0; k < M.columns; ++k, from += M.column_step, to += kPanelRows) {
+    if (M.row_step == 1) {
+      for (Index i = 0; i < kPanelRows; ++i) to[i] = M.sign * from[i];
+    } else {
+      for (Index i = 0; i < kPanelRows; ++i) to[i] = M.sign * from[i * M.row_step];
+    }
+  }
+}
+
 /// Panels of eight rows, filled up with zeros.
 void pack(const ProductFactor& M, AlignedVector& packed) {
   const Index panels = (M.rows + kPanelRows - 1) / kPanelRows;
@@ -15,9 +26,14 @@ void pack(const ProductFactor& M, AlignedVector& packed) {
   double* to = packed.data();
   for (Index row = 0; row < M.rows; row += kPanelRows) {
     const Index rows = std::min<Index>(kPanelRows, M.rows - row);
-    for (Index k = 0; k < M.columns; ++k, to += kPanelRows) {
-      const double* from = M.data + row * M.row_step + k * M.column_step;
-      for (Index i = 0; i < rows; ++i) to[i] = from[i * M.row_step];
+    const double* from = M.data + row * M.row_step;
+    if (rows == kPanelRows) {
+      pack_whole(M, from, to);
+      to += kPanelRows * M.columns;
+      continue;
+    }
+    for (Index k = 0; k < M.columns; ++k, from += M.column_step, to += kPanelRows) {
+      for (Index i = 0; i < rows; ++i) to[i] = M.sign * from[i * M.row_step];
       std::fill(to + rows, to + kPanelRows, 0.0);
     }
   }
@@ -28,6 +44,23 @@ void pack(const ProductFactor& M, AlignedVector& packed) {
 ProductFactor ProductFactor::transposed(ProductFactor M) {
   std::swap(M.rows, M.columns);
   std::swap(M.row_step, M.column_step);
+  std::swap(M.is_lower, M.is_upper);
+  return M;
+}
+
+ProductFactor ProductFactor::rows_of(ProductFactor M, Index first, Index count) {
+  M.data += first * M.row_step;
+  M.rows = count;
+  return M;
+}
+
+ProductFactor ProductFactor::minus(ProductFactor M) {
+  M.sign = -M.sign;
+  return M;
+}
+
+ProductFactor ProductFactor::lower(ProductFactor M) {
+  M.is_lower = true;
   return M;
 }
 
@@ -47,7 +80,9 @@ void MatrixProduct::multiply(Matrix& C, const ProductFactor& A, const ProductFac
                      .C = C.data(),
                      .stride = C.rows(),
                      .add = add,
-                     .lower = lower});
+                     .lower = lower,
+                     .A_is_upper = A.is_upper,
+                     .B_is_lower = B.is_lower});
 }
 
 }  // namespace credence::internal

@@ -76,8 +76,11 @@ double PanelCholesky::log_determinant() const {
 
 Matrix PanelCholesky::L() const {
   Matrix L = Matrix::Zero(columns_, columns_);
-  for (Index k = 0; k < columns_; ++k) {
-    for (Index i = k; i < columns_; ++i) L(i, k) = data_[at(i, k)];
+  for (Index row = 0; row < columns_; row += kPanelRows) {
+    const Index count = std::min<Index>(kPanelRows, columns_ - row);
+    const PanelColumns rows(&data_[at(row, 0)], kPanelRows, row + count);
+    L.block(row, 0, count, row) = rows.topLeftCorner(count, row);
+    L.block(row, row, count, count).triangularView<Eigen::Lower>() = rows.block(0, row, count, count);
   }
   return L;
 }
@@ -89,8 +92,10 @@ Matrix PanelCholesky::W() const {
 }
 
 void PanelCholesky::copy_rows(Eigen::Ref<Matrix> W) const {
-  for (Index k = 0; k < columns_; ++k) {
-    for (Index i = 0; i < rows_; ++i) W(i, k) = data_[at(kPanelRows * triangle_ + i, k)];
+  for (Index row = 0; row < rows_; row += kPanelRows) {
+    const Index count = std::min<Index>(kPanelRows, rows_ - row);
+    W.middleRows(row, count) =
+        PanelColumns(solved_panel(row / kPanelRows), kPanelRows, columns_).topRows(count);
   }
 }
 
@@ -166,7 +171,9 @@ void PanelCholesky::downdate_columns(Eigen::Ref<Matrix> P) {
                       .C = P.data(),
                       .stride = P.outerStride(),
                       .add = true,
-                      .lower = false});
+                      .lower = false,
+                      .A_is_upper = false,
+                      .B_is_lower = false});
 }
 
 }  // namespace credence::internal

@@ -32,10 +32,13 @@ void multiply(const PackedProduct& product) {
   for (std::int64_t column = 0; column < d.columns; column += kPanelRows) {
     for (std::int64_t row = d.lower ? column : 0; row < d.rows; row += kPanelRows) {
       for (int j = 0; j < kPanelRows; j += kColumns) {
-        const double *a = d.A + row * d.depth, *b = d.B + column * d.depth + j;
+        std::int64_t first = d.A_is_upper ? row : 0;
+        if (d.B_is_lower && column > first) first = column;
+        const double* a = d.A + row * d.depth + kPanelRows * first;
+        const double* b = d.B + column * d.depth + kPanelRows * first + j;
         Pack::D sum[kColumns];
         for (int i = 0; i < kColumns; ++i) sum[i] = Pack::broadcast(0.0);
-        for (std::int64_t k = 0; k < d.depth; ++k, a += kPanelRows, b += kPanelRows) {
+        for (std::int64_t k = first; k < d.depth; ++k, a += kPanelRows, b += kPanelRows) {
           const Pack::D x = Pack::load(a);
 #pragma GCC unroll 8
           for (int i = 0; i < kColumns; ++i) sum[i] = Pack::fma(x, Pack::broadcast(b[i]), sum[i]);

@@ -32,7 +32,7 @@ TEST(RiccatiMap, OfAConstantIsItsClosedForm) {
 }
 
 TEST(RiccatiMap, OfFewMeasurementsIsThatOfManySteps) {
-  // One measurement of twelve states: Γ has rank 1, 2 and 4, and is dense from the third doubling on.
+  // One measurement of twelve states: Γ has rank 1, 2, 4 and 8, and then a Cholesky factor.
   std::mt19937_64 generator(21);
   const Index n = 12;
   const RiccatiProblem problem{testing::random_matrix(n, n, generator) / 4.0,
@@ -51,6 +51,33 @@ TEST(RiccatiMap, OfFewMeasurementsIsThatOfManySteps) {
     EXPECT_LT((next - map.Theta()).norm(), 1e-12 * next.norm()) << k;
     EXPECT_EQ(map.Theta(), Matrix(map.Theta().transpose()));
   }
+}
+
+TEST(RiccatiMap, OfWhatIsNeverSeenHasNoFactor) {
+  // The last of three states is by itself and not measured: Γ stays singular.
+  std::mt19937_64 generator(22);
+  Matrix F = 0.5 * testing::random_matrix(3, 3, generator), H = testing::random_matrix(4, 3, generator);
+  F.row(2).setZero();
+  F.col(2).setZero();
+  F(2, 2) = 0.75;
+  H.col(2).setZero();
+  const RiccatiProblem problem{F, H, Matrix::Identity(3, 3), Matrix::Identity(4, 4)};
+  const Matrix P0 = testing::random_psd(3, 3, generator);
+  RiccatiMap map(problem);
+  for (int k = 0; k < 5; ++k) {
+    const Matrix P = testing::iterated(problem, P0, 1 << k);
+    EXPECT_LT((map.after(P0) - P).norm(), 1e-13 * P.norm()) << k;
+    ASSERT_TRUE(map.square());
+  }
+}
+
+TEST(RiccatiMap, OfAModeThatGrowsKeepsItsDigits) {
+  // f = 2, h² = q = ε: A passes 2^32 while 1 + ΘΓ passes 10^16. The limit is that of p² ε − p (3 + ε²) − ε =
+  // 0.
+  constexpr double kSmall = 1e-8;
+  RiccatiMap map(scalar_problem(2.0, std::sqrt(kSmall), kSmall));
+  for (int k = 0; k < 7; ++k) ASSERT_TRUE(map.square());
+  EXPECT_NEAR(map.Theta()(0, 0) * kSmall / 3.0, 1.0, 1e-7);
 }
 
 TEST(RiccatiMap, IsLeftAsItWasWhereTheNextIsNotFinite) {

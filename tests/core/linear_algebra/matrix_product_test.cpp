@@ -63,6 +63,46 @@ TEST(MatrixProduct, a_lower_triangle_is_added_to) {
   }
 }
 
+TEST(MatrixProduct, rows_and_the_opposite_of_a_factor_are_factors) {
+  for (const InstructionSet set : sets()) {
+    MatrixProduct multiply(set);
+    const Matrix A = random_matrix(23, 7, 8), B = random_matrix(7, 11, 9), start = random_matrix(10, 11, 10);
+    const Matrix product = by_definition(A.middleRows(5, 10), B);
+    Matrix C = start;
+    multiply.add(C, ProductFactor::rows_of(A, 5, 10), B);
+    EXPECT_EQ(C, start + product);
+    C = start;
+    multiply.add(C, ProductFactor::minus(ProductFactor::rows_of(A, 5, 10)), B);
+    EXPECT_EQ(C, start - product);
+    const Matrix A_t = A.transpose();
+    C = start;
+    multiply.add(C, ProductFactor::rows_of(ProductFactor::transposed(A_t), 5, 10), B);
+    EXPECT_EQ(C, start + product);
+  }
+}
+
+TEST(MatrixProduct, of_triangles_is_that_of_their_zeros) {
+  for (const InstructionSet set : sets()) {
+    MatrixProduct multiply(set);
+    for (const Index n : {1, 8, 13, 40}) {
+      const Matrix L = random_matrix(n, n, 11).triangularView<Eigen::Lower>(), U = L.transpose();
+      const Matrix B = random_matrix(n, n, 12);
+      Matrix C;
+      multiply.set(C, B, ProductFactor::lower(L));
+      EXPECT_EQ(C, by_definition(B, L)) << n;
+      multiply.set(C, ProductFactor::lower(L), B);
+      EXPECT_EQ(C, by_definition(L, B)) << n;
+      multiply.set(C, ProductFactor::transposed(ProductFactor::lower(L)), B);
+      EXPECT_EQ(C, by_definition(U, B)) << n;
+      const Matrix expected = by_definition(U, L);
+      multiply.set_lower(C, ProductFactor::transposed(ProductFactor::lower(L)), ProductFactor::lower(L));
+      for (Index j = 0; j < n; ++j) {
+        for (Index i = j; i < n; ++i) EXPECT_EQ(C(i, j), expected(i, j)) << i << ' ' << j;
+      }
+    }
+  }
+}
+
 TEST(MatrixProduct, what_is_not_finite_stays_where_it_is) {
   Matrix A = random_matrix(9, 9, 5);
   A(4, 3) = std::nan("");
