@@ -188,7 +188,7 @@ double RiccatiMap::combine_Theta() {
   Z_ = Theta_;
   multiply_.add_lower(Z_, ProductFactor::minus(Et), ProductFactor::transposed(Et));
   mirror_lower(Z_);
-  multiply_.set(product_, A_, Z_);
+  multiply_.set(product_, A_, ProductFactor::transposed(Z_));
   multiply_.set_lower(next_Theta_, product_, ProductFactor::transposed(A_));
   return complete_Theta();
 }

@@ -25,8 +25,9 @@ bool smith_doubling(Matrix A, const Matrix& C, double enough, Matrix& X) {
   Matrix sum = C / size, product;
   MatrixProduct multiply;
   for (int k = 0; k < kMaxSquarings; ++k) {
-    multiply.set(product, sum, ProductFactor::transposed(A));
-    multiply.add_lower(sum, A, product);
+    // Factors are packed fastest by the columns of the left one and those of the right one's transpose.
+    multiply.set(product, A, ProductFactor::transposed(sum));
+    multiply.add_lower(sum, product, ProductFactor::transposed(A));
     mirror_lower(sum);
     if (!std::isfinite(sum.norm())) return false;
     // The rest of the sum is at most ‖A²‖² of what there is.
@@ -48,7 +49,7 @@ RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P)
   RiccatiResidual result;
   MatrixProduct multiply;
   Matrix FP;
-  multiply.set(FP, problem.F, P);
+  multiply.set(FP, problem.F, ProductFactor::transposed(P));
   result.defect = problem.Qt - P;
   multiply.add_lower(result.defect, FP, ProductFactor::transposed(problem.F));
   result.closed_loop = problem.F;

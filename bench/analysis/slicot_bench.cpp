@@ -60,14 +60,15 @@ struct SlicotSolver {
     return info;
   }
 
-  /// The solution replaces Q, and A is inverted in place, so that each call has copies of its own.
+  /// The solution replaces Q, and A is inverted in place, so that each call has copies of its own. The matrix
+  /// is the one with F⁻¹ (HINV = "D"), whose unstable subspace (SORT = "U") has the stabilising solution.
   int solve_symplectic() {
     const int n2 = 2 * n, workspace = static_cast<int>(work.size());
     Matrix inverse = A, G = B * R.llt().solve(B.transpose());
     X = Q;
     double rcond = 0.0;
     int info = 0;
-    sb02md_("D", "D", "U", "N", "S", &n, inverse.data(), &n, G.data(), &n, X.data(), &n, &rcond,
+    sb02md_("D", "D", "U", "N", "U", &n, inverse.data(), &n, G.data(), &n, X.data(), &n, &rcond,
             alphas.data(), alphas.data() + n2, S.data(), &n2, U.data(), &n2, integers.data(), work.data(),
             &workspace, booleans.data(), &info, 1, 1, 1, 1, 1);
     return info;
