@@ -277,12 +277,22 @@ Matrix RiccatiMap::next_Theta() {
 
 Matrix RiccatiMap::after(const Matrix& P) const {
   const Matrix D = P - centre_;
-  Matrix W = dense_ ? Matrix(Gamma_ * D) : Matrix(C_ * (C_.transpose() * D));
+  MatrixProduct multiply;
+  Matrix W, product;
+  if (dense_) {
+    multiply.set(W, Gamma_, D);
+  } else {
+    multiply.set(product, ProductFactor::transposed(C_), D);
+    multiply.set(W, C_, product);
+  }
   W.diagonal().array() += 1.0;
   const Eigen::PartialPivLU<Matrix> lu(W);
   const Matrix Y = lu.solve(A_.transpose());
-  const Matrix result = A_ * (D * Y) + Theta_ + centre_;
-  return 0.5 * (result + result.transpose());
+  multiply.set(product, D, Y);
+  Matrix result = Theta_ + centre_;
+  multiply.add_lower(result, A_, product);
+  mirror_lower(result);
+  return result;
 }
 
 double RiccatiGrowth::steps() const { return std::exp2(static_cast<double>(traces.size()) - 1.0); }

@@ -43,12 +43,13 @@ class RiccatiMap {
   /// One step around `centre`, n×n symmetric psd.
   RiccatiMap(const RiccatiProblem& problem, const Matrix& centre);
 
-  /// Composes the map with itself: twice the steps. 17 n³ operations, 5 n³ + 12 n² r while Γ is of rank r.
+  /// Composes the map with itself: twice the steps. 14 n³ operations, 5 n³ + 7 n² r + 3 n r² while Γ has a
+  /// small rank r, and 15 n³ by an LU factorisation where Γ is singular or A large.
   ///
   /// Returns false, and leaves the map as it was, when the result is not finite.
   bool square();
 
-  /// Θ of the map that `square` would make, for half the work; not finite when out of range.
+  /// Θ of the map that `square` would make, for less than half the work; not finite when out of range.
   Matrix next_Theta();
 
   /// Centre + Θ: the covariance 2^k steps after the centre itself.

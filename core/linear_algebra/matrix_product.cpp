@@ -8,13 +8,17 @@
 namespace credence::internal {
 namespace {
 
-/// A whole panel: the eight are known when this is compiled.
+using Panel = Eigen::Matrix<double, kPanelRows, 1>;
+
+/// A whole panel, by vectors.
 void pack_whole(const ProductFactor& M, const double* from, double* to) {
+  Panel gathered;
   for (Index k = 0; k < M.columns; ++k, from += M.column_step, to += kPanelRows) {
     if (M.row_step == 1) {
-      for (Index i = 0; i < kPanelRows; ++i) to[i] = M.sign * from[i];
+      Eigen::Map<Panel>{to} = M.sign * Eigen::Map<const Panel>(from);
     } else {
-      for (Index i = 0; i < kPanelRows; ++i) to[i] = M.sign * from[i * M.row_step];
+      for (Index i = 0; i < kPanelRows; ++i) gathered[i] = from[i * M.row_step];
+      Eigen::Map<Panel>{to} = M.sign * gathered;
     }
   }
 }

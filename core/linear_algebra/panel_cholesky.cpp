@@ -171,9 +171,7 @@ void PanelCholesky::downdate_columns(Eigen::Ref<Matrix> P) {
                       .C = P.data(),
                       .stride = P.outerStride(),
                       .add = true,
-                      .lower = false,
-                      .A_is_upper = false,
-                      .B_is_lower = false});
+                      .lower = false});
 }
 
 }  // namespace credence::internal

@@ -21,8 +21,8 @@ struct PackedProduct {
   std::int64_t stride;  ///< from one column of C to the next
   bool add;             ///< to what C is
   bool lower;           ///< of a square C: what lies above the diagonal may get any value
-  bool A_is_upper;      ///< triangular, so that the sum of a row begins at its own k
-  bool B_is_lower;      ///< the same of a column
+  bool A_is_upper = false;  ///< triangular, so that the sum of a row begins at its own k
+  bool B_is_lower = false;  ///< the same of a column
 };
 
 /// The functions of one instruction set.
