@@ -24,9 +24,13 @@ void ObservabilityStack::reduce() {
   rows_ = kept;
 }
 
-RankDecision ObservabilityStack::rank(double tolerance) {
+Matrix ObservabilityStack::rows() {
   reduce();
-  return decide_rank(dense_svd(stack_.topRows(rows_)).s, tolerance);
+  return stack_.topRows(rows_);
+}
+
+RankDecision ObservabilityStack::rank(double tolerance) {
+  return decide_rank(dense_svd(rows()).s, tolerance);
 }
 
 }  // namespace credence::internal

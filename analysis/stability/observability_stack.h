@@ -11,6 +11,9 @@ class ObservabilityStack {
 
   void add(const VectorRef& row);
 
+  /// Rows that tell the same: at most n, in echelon form.
+  Matrix rows();
+
   /// The rank; the directions that no row tells are n less this.
   RankDecision rank(double tolerance = kRankTolerance);
 

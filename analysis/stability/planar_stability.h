@@ -60,8 +60,8 @@ struct PlanarStability {
   PlanarRanks truth, estimate;
   std::vector<PlanarFollowed> followed;  ///< at the truth and the estimate, with every solution
 
-  /// The one of the scenario's own solution, at the truth.
-  const PlanarFollowed& own(InflationSolution solution) const;
+  /// The one of a solution; throws std::invalid_argument for one that was not followed.
+  const PlanarFollowed& own(InflationSolution solution, Linearisation at = Linearisation::truth) const;
 };
 
 /// Growth of less than this share of tr P over the last half of the loops is below what the tolerance of the

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "analysis/stability/dense_svd.h"
+#include "analysis/stability/observability_stack.h"
 #include "core/linear_algebra/decompositions.h"
 
 namespace credence::internal {
@@ -257,33 +258,6 @@ Matrix largest_columns(const ScaledEigen& eigen, Index count) {
   return columns;
 }
 
-/// Adds rows to a triangular factor that stands for all rows so far, once there are enough to be worth it.
-class RowCompressor {
- public:
-  explicit RowCompressor(Index columns) : rows_(0, columns) {}
-
-  void add(const Matrix& block) {
-    const Index before = rows_.rows();
-    rows_.conservativeResize(before + block.rows(), Eigen::NoChange);
-    rows_.bottomRows(block.rows()) = block;
-    if (rows_.rows() >= 4 * rows_.cols()) compress();
-  }
-
-  Matrix compressed() {
-    if (rows_.rows() > rows_.cols()) compress();
-    return rows_;
-  }
-
- private:
-  void compress() {
-    const Eigen::HouseholderQR<Matrix> qr(rows_);
-    const Matrix R = qr.matrixQR().topRows(rows_.cols()).triangularView<Eigen::Upper>();
-    rows_ = R;
-  }
-
-  Matrix rows_;
-};
-
 void require_trajectory(std::span<const Matrix> F, std::span<const Matrix> H) {
   if (H.empty()) throw std::invalid_argument("a trajectory needs at least one measurement matrix");
   if (H.size() != F.size() && H.size() != F.size() + 1) {
@@ -305,17 +279,20 @@ void require_trajectory(std::span<const Matrix> F, std::span<const Matrix> H) {
 /// All H_k Φ_k, rows of H_k of norm one and Φ_k scaled down where it grows.
 Matrix stacked_observations(std::span<const Matrix> F, std::span<const Matrix> H) {
   const Index n = H.front().cols();
-  RowCompressor stack(n);
+  ObservabilityStack stack(n);
   Matrix Phi = Matrix::Identity(n, n);
   for (std::size_t k = 0; k < H.size(); ++k) {
-    if (H[k].rows() > 0) stack.add(unit_columns(H[k].transpose()).transpose() * Phi);
+    if (H[k].rows() > 0) {
+      const Matrix seen = unit_columns(H[k].transpose()).transpose() * Phi;
+      for (Index i = 0; i < seen.rows(); ++i) stack.add(seen.row(i).transpose());
+    }
     if (k < F.size()) {
       Phi = (F[k] * Phi).eval();
       const double norm = norm_bound(Phi);
       if (norm > static_cast<double>(n)) Phi /= norm;
     }
   }
-  return stack.compressed();
+  return stack.rows();
 }
 
 }  // namespace

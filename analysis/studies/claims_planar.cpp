@@ -29,10 +29,7 @@ const PlanarFollowed& at_truth(const PlanarStability& a, InflationSolution solut
 }
 
 const PlanarFollowed& in_ekf(const PlanarStability& a, InflationSolution solution) {
-  for (const PlanarFollowed& f : a.followed) {
-    if (f.at == Linearisation::estimate && f.solution == solution) return f;
-  }
-  return a.own(solution);
+  return a.own(solution, Linearisation::estimate);
 }
 
 std::string growth_text(const PlanarFollowed& f) {

@@ -17,10 +17,10 @@ struct PackedProduct {
   const double* A;
   const double* B;
   std::int64_t rows, columns, depth;
-  double* C;            ///< column-major
-  std::int64_t stride;  ///< from one column of C to the next
-  bool add;             ///< to what C is
-  bool lower;           ///< of a square C: what lies above the diagonal may get any value
+  double* C;                ///< column-major
+  std::int64_t stride;      ///< from one column of C to the next
+  bool add;                 ///< to what C is
+  bool lower;               ///< of a square C: what lies above the diagonal may get any value
   bool A_is_upper = false;  ///< triangular, so that the sum of a row begins at its own k
   bool B_is_lower = false;  ///< the same of a column
 };

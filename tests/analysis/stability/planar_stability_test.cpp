@@ -27,25 +27,18 @@ Scenario planar(Index landmarks, Index anchors, FilterInflation inflation, doubl
   return s;
 }
 
-const PlanarFollowed& find(const PlanarStability& a, Linearisation at, InflationSolution solution) {
-  for (const PlanarFollowed& f : a.followed) {
-    if (f.at == at && f.solution == solution) return f;
-  }
-  throw std::logic_error("no such filter was followed");
-}
-
 // With measurements so exact that S is singular to rounding.
 TEST(PlanarStability, AFilterThatFailsIsToldBesideTheOthers) {
   Scenario s = planar(3, 0, FilterInflation::map, 12.0);
   s.noise.range_std = 1e-9;
   const PlanarStability a = analyse_planar_stability(s, 4);
   EXPECT_EQ(a.state_dim, 9);
-  const PlanarFollowed& failed = find(a, Linearisation::truth, InflationSolution::pairwise);
+  const PlanarFollowed& failed = a.own(InflationSolution::pairwise);
   EXPECT_EQ(failed.growth.verdict, LongRun::failed);
   EXPECT_GT(failed.failed_at, 0);
   EXPECT_TRUE(std::isnan(failed.growth.exponent) && std::isnan(failed.initial_effect));
-  EXPECT_TRUE(std::isnan(find(a, Linearisation::estimate, InflationSolution::pairwise).pose_nees));
-  const PlanarFollowed& drop = find(a, Linearisation::truth, InflationSolution::drop);
+  EXPECT_TRUE(std::isnan(a.own(InflationSolution::pairwise, Linearisation::estimate).pose_nees));
+  const PlanarFollowed& drop = a.own(InflationSolution::drop);
   EXPECT_EQ(drop.growth.verdict, LongRun::bounded);
   EXPECT_EQ(drop.failed_at, 0);
   EXPECT_GT(drop.initial_effect, 1.0);
@@ -97,6 +90,7 @@ TEST(PlanarStability, RefusesALoopThatIsNoneOrHasNoEnd) {
 TEST(PlanarStability, WithoutInflationTheCovarianceStaysBounded) {
   const PlanarStability a = analyse_planar_stability(planar(3, 0, FilterInflation::none), 12);
   ASSERT_EQ(a.followed.size(), 2U);
+  EXPECT_THROW(a.own(InflationSolution::drop), std::invalid_argument) << "another's numbers are not its own";
   const PlanarFollowed& truth = a.followed.front();
   EXPECT_EQ(truth.growth.verdict, LongRun::bounded) << truth.growth.exponent;
   ASSERT_TRUE(truth.exact.has_value());
@@ -111,20 +105,20 @@ TEST(PlanarStability, WithoutInflationTheCovarianceStaysBounded) {
 // theory, section 5: of the map alone, the pairwise sum is unbounded and the exact least trace is not.
 TEST(PlanarStability, TheBoundThatIsUsedDecides) {
   const PlanarStability a = analyse_planar_stability(planar(4, 0, FilterInflation::map, 12.0), 20);
-  const PlanarFollowed& pairwise = find(a, Linearisation::truth, InflationSolution::pairwise);
+  const PlanarFollowed& pairwise = a.own(InflationSolution::pairwise);
   EXPECT_EQ(pairwise.growth.verdict, LongRun::growing);
   EXPECT_GT(pairwise.growth.exponent, 0.8);
   EXPECT_FALSE(pairwise.exact->bounded());
-  const PlanarFollowed& exact = find(a, Linearisation::truth, InflationSolution::min_trace);
+  const PlanarFollowed& exact = a.own(InflationSolution::min_trace);
   EXPECT_EQ(exact.growth.verdict, LongRun::bounded) << exact.growth.exponent;
   EXPECT_EQ(exact.not_converged, 0);
   EXPECT_LT(exact.traces.back(), 0.1 * pairwise.traces.back());
-  const PlanarFollowed& sequential = find(a, Linearisation::truth, InflationSolution::sequential);
+  const PlanarFollowed& sequential = a.own(InflationSolution::sequential);
   EXPECT_EQ(sequential.growth.verdict, LongRun::bounded) << sequential.growth.exponent;
   EXPECT_LT(sequential.growth.exponent, 0.002);  // it may fall
   EXPECT_FALSE(sequential.exact.has_value());
   EXPECT_LT(sequential.spectral_radius, 1.001);
-  const PlanarFollowed& drop = find(a, Linearisation::truth, InflationSolution::drop);
+  const PlanarFollowed& drop = a.own(InflationSolution::drop);
   EXPECT_EQ(drop.growth.verdict, LongRun::bounded) << drop.growth.exponent;
   EXPECT_FALSE(drop.exact.has_value());
 }
@@ -132,7 +126,7 @@ TEST(PlanarStability, TheBoundThatIsUsedDecides) {
 TEST(PlanarStability, TwoAnchorsForgetTheStart) {
   const PlanarStability a = analyse_planar_stability(planar(3, 2, FilterInflation::full), 12);
   for (const InflationSolution solution : {InflationSolution::pairwise, InflationSolution::min_trace}) {
-    const PlanarFollowed& f = find(a, Linearisation::truth, solution);
+    const PlanarFollowed& f = a.own(solution);
     EXPECT_EQ(f.growth.verdict, LongRun::bounded);
     EXPECT_TRUE(f.exact->bounded());
     EXPECT_EQ(f.exact->reason, BoundednessReason::nothing_unobserved);
