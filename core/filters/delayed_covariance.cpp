@@ -6,6 +6,17 @@
 #include "core/linear_algebra/mirror.h"
 
 namespace credence::internal {
+namespace {
+
+/// Entries `stride` apart, `count` of them, of rows that stand side by side, into as many columns.
+template <int kColumns>
+void copy_rows(const double* from, Index stride, Index count, double* to, Index to_stride) {
+  for (Index i = 0; i < count; ++i, from += stride) {
+    for (int c = 0; c < kColumns; ++c) to[c * to_stride + i] = from[c];
+  }
+}
+
+}  // namespace
 
 void DelayedCovariance::set(const MatrixRef& P) {
   P_ = P;
@@ -39,22 +50,33 @@ double DelayedCovariance::trace() const {
 }
 
 void DelayedCovariance::copy_columns(Index first, Index count, Eigen::Map<Matrix> to) const {
-  const Index n = size(), rows = to.rows(), vehicle_rows = columns_.rows();
-  for (Index at = first; at < first + count; ++at) {
-    double* column = to.data() + (at - first) * rows;
-    const double *P = P_.data(), *vehicle = columns_.data();
-    for (Index r = 0; r < vehicle_; ++r) column[r] = vehicle[r * vehicle_rows + at];
-    for (Index r = vehicle_; r < at; ++r) column[r] = P[r * n + at];
-    for (Index r = at; r < n; ++r) column[r] = P[at * n + r];
-    for (Index r = n; r < rows; ++r) column[r] = 0.0;
-    if (waiting_columns_ == 0) continue;
-    kernel_->subtract({.y = column,
-                       .rows = n,
-                       .W = waiting_.data(),
-                       .panel_stride = kWaitingStride,
-                       .columns = waiting_columns_},
-                      at);
+  const Index n = size(), rows = to.rows();
+  for (Index c = 0; c < count;) {
+    const Index at = first + c;
+    double* column = to.data() + c * rows;
+    const auto take = [&]<int kColumns>() {
+      copy_rows<kColumns>(columns_.data() + at, columns_.rows(), vehicle_, column, rows);
+      copy_rows<kColumns>(P_.data() + vehicle_ * n + at, n, at - vehicle_, column + vehicle_, rows);
+      return kColumns;
+    };
+    c += count - c >= 2 ? take.template operator()<2>() : take.template operator()<1>();
   }
+  for (Index c = 0; c < count; ++c) {
+    const Index at = first + c;
+    double* column = to.data() + c * rows;
+    if (c % 2 == 1) column[at - 1] = P_(at, at - 1);
+    std::copy_n(P_.col(at).data() + at, n - at, column + at);
+    std::fill(column + n, column + rows, 0.0);
+  }
+  if (waiting_columns_ == 0) return;
+  kernel_->subtract({.y = to.data(),
+                     .rows = n,
+                     .W = waiting_.data(),
+                     .panel_stride = kWaitingStride,
+                     .columns = waiting_columns_,
+                     .count = count,
+                     .y_stride = rows},
+                    first);
 }
 
 void DelayedCovariance::downdate(const PanelCholesky& factor) {
@@ -72,13 +94,15 @@ void DelayedCovariance::downdate(const PanelCholesky& factor) {
   is_whole_ = false;
   PanelProduct product{.y = variances_.data(), .rows = n, .W = W, .panel_stride = from, .columns = m};
   kernel_->subtract_squares(product);
-  for (Index c = 0; c < vehicle_; ++c) {
-    product.y = columns_.col(c).data();
-    kernel_->subtract(product, c);
-  }
+  product.y = columns_.data();
+  product.count = vehicle_;
+  product.y_stride = columns_.rows();
+  kernel_->subtract(product, 0);
   double* waiting = waiting_.data() + kPanelRows * waiting_columns_;
+  using Panel = Eigen::Matrix<double, kPanelRows, Eigen::Dynamic>;
   for (Index p = 0; p < panels_of(n); ++p)
-    std::copy_n(W + p * from, kPanelRows * m, waiting + p * kWaitingStride);
+    Eigen::Map<Panel>(waiting + p * kWaitingStride, kPanelRows, m) =
+        Eigen::Map<const Panel>(W + p * from, kPanelRows, m);
   const auto clear = [&](Index row) {
     double* at = waiting + row / kPanelRows * kWaitingStride + row % kPanelRows;
     for (Index k = 0; k < m; ++k) at[kPanelRows * k] = 0.0;

@@ -150,10 +150,9 @@ class EkfSlam : public internal::SlamPhases<Model> {
     return along.apply(P, layout(), rule_);
   }
 
-  /// P Hᵀ, n×dim ν.
-  void project();
-  auto projected() { return PHt_.matrix().topRows(x_.size()); }
-  void compute_innovation_covariance();
+  /// P Hᵀ, n×dim ν, where factor_ takes it.
+  double* project();
+  void compute_innovation_covariance(const double* PHt);
   bool correct(UpdateResult& result);
   bool correct_by_joseph();
   bool sequential_correct();
@@ -166,7 +165,11 @@ class EkfSlam : public internal::SlamPhases<Model> {
     for (Index i = 0; i < nu_.vector().size(); i += kMeasurement) {
       sum += R_inverse_.cwiseProduct(S_.matrix().template block<kMeasurement, kMeasurement>(i, i)).sum();
     }
-    return !(sum <= kMostCancellation) || !(P_.variances().array() >= squares_.head(x_.size()).array()).all();
+    // Without a branch, several at a time.
+    bool positive = true;
+    const double* variances = P_.variances().data();
+    for (Index i = 0; i < x_.size(); ++i) positive &= variances[i] >= squares_[i];
+    return !(sum <= kMostCancellation) || !positive;
   }
 
   /// H, n columns.
@@ -194,7 +197,7 @@ class EkfSlam : public internal::SlamPhases<Model> {
   // Of the last update; kept to be read and so that a step allocates nothing.
   bool corrected_ = false;
   Index joseph_updates_ = 0;
-  internal::MatrixBuffer K_, PHt_, columns_, H_, r_;
+  internal::MatrixBuffer K_, columns_, H_, r_;
   internal::PanelCholesky factor_;
   internal::JosephUpdate joseph_;
   Matrix corrected_P_;  ///< by Joseph's form
@@ -230,23 +233,21 @@ void EkfSlam<Model>::predict(const ControlVector& u) {
   const PoseMatrix P_rr = P.template topRows<kPose>();
   motion_ = {motion.F, motion.G * Q_ * motion.G.transpose()};
   const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion_.noise;
-  auto moved =
-      columns_.resize(internal::whole_panels(P.rows()), kPose);  // P_fr Fᵀ, and above it what is not used
   const double* from[kPose];
   for (Index c = 0; c < kPose; ++c) from[c] = P.col(c).data();
   const Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor> F = motion.F;
-  for (Index c = 0; c < kPose; ++c) factor_.combine(from, F.row(c).data(), P.rows(), moved.col(c).data());
-  for (Index c = 0; c < kPose; ++c) std::copy_n(moved.col(c).data(), P.rows(), P.col(c).data());
+  // P_fr Fᵀ, and above it what is not used.
+  factor_.combine(from, F.data(), P.rows(), {.y = P.data(), .count = kPose, .step = P.outerStride()});
   P.template topRows<kPose>() = 0.5 * (predicted + predicted.transpose());
   P_.vehicle_changed();
 }
 
 template <class Model>
-void EkfSlam<Model>::project() {
+double* EkfSlam<Model>::project() {
   const Index n = x_.size();
   const auto P_r = P_.vehicle_columns();
   auto columns = columns_.resize(internal::whole_panels(n), kLandmark);
-  auto PHt = PHt_.resize(internal::whole_panels(n), kMeasurement * std::ssize(rows_));
+  double* PHt = factor_.place(kMeasurement * std::ssize(rows_), n);
   const double* from[kPose + kLandmark];
   for (Index c = 0; c < kPose; ++c) from[c] = P_r.col(c).data();
   for (Index a = 0; a < kLandmark; ++a) from[kPose + a] = columns.col(a).data();
@@ -256,25 +257,31 @@ void EkfSlam<Model>::project() {
     const bool mapped = row.offset >= 0;
     if (mapped) P_.copy_columns(row.offset, kLandmark, columns);
     H << row.H_r, row.H_l;
-    for (Index j = 0; j < kMeasurement; ++j) {
-      factor_.combine({from, static_cast<std::size_t>(mapped ? kPose + kLandmark : kPose)}, H.row(j).data(),
-                      n, PHt.col(kMeasurement * static_cast<Index>(i) + j).data());
-    }
+    const Eigen::Matrix<double, kMeasurement, kPose, Eigen::RowMajor> H_r = row.H_r;
+    factor_.combine({from, static_cast<std::size_t>(mapped ? kPose + kLandmark : kPose)},
+                    mapped ? H.data() : H_r.data(), n,
+                    {.y = PHt + internal::kPanelRows * kMeasurement * static_cast<Index>(i),
+                     .count = kMeasurement,
+                     .step = internal::kPanelRows,
+                     .panel_step = factor_.solved_panel_stride()});
   }
+  return PHt;
 }
 
 template <class Model>
-void EkfSlam<Model>::compute_innovation_covariance() {
-  const auto PHt = projected();
-  auto S = S_.resize(PHt.cols(), PHt.cols());
-  for (Index j = 0; j < S.cols(); ++j) {
-    const double* y = PHt.col(j).data();
+void EkfSlam<Model>::compute_innovation_covariance(const double* PHt) {
+  const Index m = kMeasurement * std::ssize(rows_);
+  auto S = S_.resize(m, m);
+  for (Index j = 0; j < m; ++j) {
+    const auto y = [=, stride = factor_.solved_panel_stride()](Index row) {
+      return PHt[row / internal::kPanelRows * stride + internal::kPanelRows * j + row % internal::kPanelRows];
+    };
     for (Index k = j / kMeasurement; k < std::ssize(rows_); ++k) {
       const Row& row = rows_[static_cast<std::size_t>(k)];
       for (Index i = 0; i < kMeasurement; ++i) {
         double sum = 0.0;
-        for (Index c = 0; c < kPose; ++c) sum += row.H_r(i, c) * y[c];
-        for (Index a = 0; a < kLandmark && row.offset >= 0; ++a) sum += row.H_l(i, a) * y[row.offset + a];
+        for (Index c = 0; c < kPose; ++c) sum += row.H_r(i, c) * y(c);
+        for (Index a = 0; a < kLandmark && row.offset >= 0; ++a) sum += row.H_l(i, a) * y(row.offset + a);
         S(kMeasurement * k + i, j) = sum;
       }
     }
@@ -285,10 +292,8 @@ void EkfSlam<Model>::compute_innovation_covariance() {
 
 template <class Model>
 bool EkfSlam<Model>::correct(UpdateResult& result) {
-  project();
-  compute_innovation_covariance();
-  const auto nu = nu_.vector();
-  if (!factor_.compute(S_.matrix(), projected(), nu) || !S_.matrix().allFinite()) return false;
+  compute_innovation_covariance(project());
+  if (!factor_.compute_placed(S_.matrix(), nu_.vector()) || !S_.matrix().allFinite()) return false;
   result.nis = factor_.whitened().squaredNorm();
   if (rule_.is_sequential()) {
     if (!sequential_correct()) return false;

@@ -27,7 +27,8 @@ void pack_panel(const MatrixRef& M, Index p, Index columns, double* to) {
 
 }  // namespace
 
-/// Room for S and `rows_below` rows; the columns that fill up the last panel of S are those of the identity.
+/// Room for S and `rows_below` rows; what is solved of the columns that fill up the last panel of S are those
+/// of the identity.
 void PanelCholesky::shape(Index columns, Index rows_below) {
   columns_ = columns;
   triangle_ = panels_of(columns);
@@ -35,12 +36,17 @@ void PanelCholesky::shape(Index columns, Index rows_below) {
   const auto size = static_cast<std::size_t>(panel_offset(panels_, triangle_));
   if (data_.size() < size) data_.resize(size);
   inverse_.resize(static_cast<std::size_t>(kPanelRows * triangle_));
-  for (Index p = triangle_ - 1; p < panels_; ++p) {
-    if (p < 0) continue;
-    for (Index k = columns; k < kPanelRows * triangle_; ++k)
-      std::fill_n(&data_[at(kPanelRows * p, k)], kPanelRows, 0.0);
+  if (columns == 0) return;
+  const Index last = kPanelRows * (triangle_ - 1), end = last + solved_columns(columns - last);
+  fill_up(triangle_ - 1, end);
+  for (Index k = columns; k < end; ++k) data_[at(k, k)] = 1.0;
+}
+
+/// Zeros in the columns from m to `end` of the panels from `first` on.
+void PanelCholesky::fill_up(Index first, Index end) {
+  for (Index p = first; columns_ < end && p < panels_; ++p) {
+    std::fill_n(&data_[at(kPanelRows * p, columns_)], kPanelRows * (end - columns_), 0.0);
   }
-  for (Index k = columns; k < kPanelRows * triangle_; ++k) data_[at(k, k)] = 1.0;
 }
 
 bool PanelCholesky::compute(const MatrixRef& S, const MatrixRef& Y, const VectorRef& nu) {
@@ -48,19 +54,25 @@ bool PanelCholesky::compute(const MatrixRef& S, const MatrixRef& Y, const Vector
   if (S.rows() != m || Y.cols() != m || nu.size() != m) {
     throw std::invalid_argument("PanelCholesky: the shapes do not match");
   }
-  rows_ = Y.rows();
-  shape(m, rows_ + 1);
+  double* panel = place(m, Y.rows());
+  for (Index p = 0; p < panels_of(rows_); ++p, panel += solved_panel_stride()) pack_panel(Y, p, m, panel);
+  return compute_placed(S, nu);
+}
+
+double* PanelCholesky::place(Index m, Index n) {
+  rows_ = n;
+  shape(m, n + 1);
+  return data_.data() + panel_offset(triangle_, triangle_);
+}
+
+bool PanelCholesky::compute_placed(const MatrixRef& S, const VectorRef& nu) {
+  const Index m = columns_, below = kPanelRows * triangle_;
+  if (S.rows() != m || S.cols() != m || nu.size() != m) {
+    throw std::invalid_argument("PanelCholesky: S or ν is not of the size that was placed");
+  }
   for (Index p = 0; p < triangle_; ++p)
     pack_panel(S, p, std::min(m, kPanelRows * (p + 1)), &data_[at(kPanelRows * p, 0)]);
-  const Index below = kPanelRows * triangle_;
-  for (Index p = 0; p < panels_ - triangle_; ++p) {
-    double* panel = &data_[at(below + kPanelRows * p, 0)];
-    if (kPanelRows * p < rows_) {
-      pack_panel(Y, p, m, panel);
-    } else {
-      std::fill_n(panel, kPanelRows * m, 0.0);
-    }
-  }
+  if (rows_ % kPanelRows == 0) std::fill_n(&data_[at(below + rows_, 0)], kPanelRows * m, 0.0);
   for (Index k = 0; k < m; ++k) data_[at(below + rows_, k)] = nu[k];
   if (!kernel_->factor(trapezoid(0))) return false;
   if (whitened_.size() < m) whitened_.resize(m);
@@ -159,7 +171,8 @@ void PanelCholesky::downdate_columns(Eigen::Ref<Matrix> P) {
   if (P.rows() != rows_ || P.cols() > rows_) {
     throw std::invalid_argument("PanelCholesky: P does not match W");
   }
-  const Index depth = kPanelRows * triangle_;  // what fills up the columns of W is zero
+  const Index depth = kPanelRows * triangle_;
+  fill_up(triangle_, depth);
   const auto panels = static_cast<std::size_t>(panels_of(P.cols()) * kPanelRows * depth);
   if (minus_.size() < panels) minus_.resize(panels);
   std::transform(solved_panel(0), solved_panel(0) + panels, minus_.data(), [](double w) { return -w; });

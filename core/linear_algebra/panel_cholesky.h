@@ -24,6 +24,11 @@ class PanelCholesky {
   /// The same with no row in Y.
   bool compute(const MatrixRef& S, const VectorRef& nu) { return compute(S, Matrix(0, S.cols()), nu); }
 
+  /// Room for an n×m Y, to be written as solved_panels() are laid out, the last panel filled up with zeros,
+  /// and then what compute() does with it.
+  double* place(Index m, Index n);
+  bool compute_placed(const MatrixRef& S, const VectorRef& nu);
+
   Index size() const { return columns_; }                                             ///< m
   Index rows() const { return rows_; }                                                ///< n, those of W
   double pivot(Index i) const { return data_[at(i, i)]; }                             ///< L_ii
@@ -43,8 +48,9 @@ class PanelCholesky {
   /// x += W y, n.
   void add_correction(Eigen::Ref<Vector> x) const;
 
-  /// y = Σ_c factors_c columns_c, term by term; the columns and y have n rows, padded to whole panels.
-  void combine(std::span<const double* const> columns, const double* factors, Index n, double* y) const {
+  /// y_j = Σ_c factors_jc columns_c, term by term; the columns and y have n rows, padded to whole panels.
+  void combine(std::span<const double* const> columns, const double* factors, Index n,
+               const PanelResults& y) const {
     kernel_->combine({.columns = columns.data(), .count = std::ssize(columns), .factors = factors, .rows = n},
                      y);
   }
@@ -63,6 +69,7 @@ class PanelCholesky {
   }
   const double* solved_panel(Index p) const { return data_.data() + panel_offset(triangle_ + p, triangle_); }
   void shape(Index columns, Index rows_below);
+  void fill_up(Index first, Index end);
   void copy_rows(Eigen::Ref<Matrix> W) const;
   PanelTrapezoid trapezoid(Index first) {
     return {.data = data_.data(),

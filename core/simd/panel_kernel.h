@@ -49,20 +49,34 @@ struct PanelDowndate {
   std::int64_t panel_stride, columns;  ///< panel p of W starts at p panel_stride; its first columns count
 };
 
-/// y, padded to whole panels, and a W in panels.
+/// The leading columns of a block on the diagonal that are solved where so many of its eight count; those
+/// that do not count must be zero below, and on the diagonal those of the identity.
+constexpr std::int64_t solved_columns(std::int64_t columns) {
+  return columns <= 2 ? 2 : columns <= 4 ? 4 : kPanelRows;
+}
+
+/// Columns y, padded to whole panels, and a W in panels.
 struct PanelProduct {
   double* y;
   std::int64_t rows;
   const double* W;
-  std::int64_t panel_stride, columns;  ///< as in PanelDowndate
+  std::int64_t panel_stride, columns;    ///< as in PanelDowndate
+  std::int64_t count = 1, y_stride = 0;  ///< of y
 };
 
-/// Columns of `rows` rows, padded to whole panels, and a factor of each.
+/// Columns of `rows` rows, padded to whole panels, and for each result a factor of each of them.
 struct PanelCombination {
   const double* const* columns;
   std::int64_t count;
-  const double* factors;
+  const double* factors;  ///< those of the first result, then those of the next
   std::int64_t rows;
+};
+
+/// At most three results, of which each begins `step` doubles after the one before, and each of its panels
+/// `panel_step` after the one before; they may be the columns themselves.
+struct PanelResults {
+  double* y;
+  std::int64_t count = 1, step = 0, panel_step = kPanelRows;
 };
 
 /// What a factor says of every row of its W.
@@ -81,12 +95,12 @@ struct PanelKernel {
   /// P −= W Wᵀ for the lower triangle of P. In columns without a gap all that stands above the diagonal may
   /// change, else what stands there in a block of eight by eight.
   void (*downdate)(const PanelDowndate&);
-  /// y −= W wᵀ, w the given row of W.
+  /// Column c of y −= W wᵀ, w the row of W that is so many and c.
   void (*subtract)(const PanelProduct&, std::int64_t row);
-  /// y_i −= Σ_k W_ik².
+  /// y_i −= Σ_k W_ik²; one column.
   void (*subtract_squares)(const PanelProduct&);
-  /// y = Σ_c factors_c columns_c; each product is rounded by itself.
-  void (*combine)(const PanelCombination&, double* y);
+  /// y_j = Σ_c factors_jc columns_c; each product is rounded by itself.
+  void (*combine)(const PanelCombination&, const PanelResults&);
   /// squares_i = Σ_k W_ik², product = W y; each product is rounded by itself.
   void (*sums)(const PanelSums&);
 };

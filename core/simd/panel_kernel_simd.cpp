@@ -54,9 +54,11 @@ inline void solve_columns(double* block, const double* L, const double* inverse)
 
 /// The same for `columns` and perhaps some that fill up the block, which stay zero.
 inline void solve_block(double* block, const double* L, const double* inverse, std::int64_t columns) {
-  if (columns <= 2) return solve_columns<2>(block, L, inverse);
-  if (columns <= 4) return solve_columns<4>(block, L, inverse);
-  solve_columns<kPanelRows>(block, L, inverse);
+  switch (solved_columns(columns)) {
+    case 2: return solve_columns<2>(block, L, inverse);
+    case 4: return solve_columns<4>(block, L, inverse);
+    default: return solve_columns<kPanelRows>(block, L, inverse);
+  }
 }
 
 /// A block on the diagonal becomes its factor; false if that does not exist. Beyond its first `columns` it is
@@ -170,9 +172,48 @@ inline void for_panels(std::int64_t end, Rows rows) {
   for (; row < end; row += kPanelRows) rows.template operator()<1>(row);
 }
 
-/// y −= Σ_k W's column k times `factor` of it and k.
-template <class Factor>
-inline void subtract_products(const PanelProduct& product, Factor factor) {
+/// Calls take<kCount>(first) for `count` columns, at most three at a time, which are kept in registers
+/// together.
+template <class Take>
+inline void for_columns(std::int64_t count, Take take) {
+  std::int64_t first = 0;
+  for (; count - first >= 3; first += 3) take.template operator()<3>(first);
+  if (count - first == 2) take.template operator()<2>(first);
+  if (count - first == 1) take.template operator()<1>(first);
+}
+
+void subtract(const PanelProduct& product, std::int64_t row_of_first) {
+  const PanelProduct d = product;  // a copy of our own stays in registers while we write
+  for_columns(d.count, [&]<int kColumns>(std::int64_t first) {
+    double* y = d.y + first * d.y_stride;
+    const double* w[kColumns];
+    for (int c = 0; c < kColumns; ++c) {
+      const std::int64_t of_column = row_of_first + first + c;
+      w[c] = d.W + of_column / kPanelRows * d.panel_stride + of_column % kPanelRows;
+    }
+    for_panels(d.rows, [&]<int kPanels>(std::int64_t row) {
+      const double* W = d.W + row / kPanelRows * d.panel_stride;
+      const auto place = [&](int i, int c) { return y + c * d.y_stride + row + kPanelRows * i; };
+      Pack::D sum[kPanels][kColumns];
+      for (int i = 0; i < kPanels; ++i) {
+        for (int c = 0; c < kColumns; ++c) sum[i][c] = Pack::load(place(i, c));
+      }
+      for (std::int64_t k = 0; k < d.columns; ++k) {
+        Pack::D x[kPanels];
+        for (int i = 0; i < kPanels; ++i) x[i] = Pack::load(W + i * d.panel_stride + kPanelRows * k);
+        for (int c = 0; c < kColumns; ++c) {
+          const Pack::D factor = Pack::broadcast(w[c][kPanelRows * k]);
+          for (int i = 0; i < kPanels; ++i) sum[i][c] = Pack::fnma(x[i], factor, sum[i][c]);
+        }
+      }
+      for (int i = 0; i < kPanels; ++i) {
+        for (int c = 0; c < kColumns; ++c) Pack::store(place(i, c), sum[i][c]);
+      }
+    });
+  });
+}
+
+void subtract_squares(const PanelProduct& product) {
   const PanelProduct d = product;
   for_panels(d.rows, [&]<int kPanels>(std::int64_t row) {
     const double* W = d.W + row / kPanelRows * d.panel_stride;
@@ -181,36 +222,45 @@ inline void subtract_products(const PanelProduct& product, Factor factor) {
     for (std::int64_t k = 0; k < d.columns; ++k) {
       for (int i = 0; i < kPanels; ++i) {
         const Pack::D x = Pack::load(W + i * d.panel_stride + kPanelRows * k);
-        sum[i] = Pack::fnma(x, factor(x, k), sum[i]);
+        sum[i] = Pack::fnma(x, x, sum[i]);
       }
     }
     for (int i = 0; i < kPanels; ++i) Pack::store(d.y + row + kPanelRows * i, sum[i]);
   });
 }
 
-void subtract(const PanelProduct& product, std::int64_t row) {
-  const double* w = product.W + row / kPanelRows * product.panel_stride + row % kPanelRows;
-  subtract_products(product,
-                    [=](const Pack::D&, std::int64_t k) { return Pack::broadcast(w[kPanelRows * k]); });
-}
-
-void subtract_squares(const PanelProduct& product) {
-  subtract_products(product, [](const Pack::D& x, std::int64_t) { return x; });
-}
-
-void combine(const PanelCombination& combination, double* y) {
-  const PanelCombination d = combination;
+/// All results at once, since they may be the columns.
+template <int kResults>
+inline void combine_all(const PanelCombination& d, const PanelResults& results) {
   for_panels(d.rows, [&]<int kPanels>(std::int64_t row) {
-    Pack::D sum[kPanels];
-    for (int i = 0; i < kPanels; ++i) sum[i] = Pack::broadcast(0.0);
-    for (std::int64_t c = 0; c < d.count; ++c) {
-      const Pack::D factor = Pack::broadcast(d.factors[c]);
-      const double* column = d.columns[c] + row;
-      for (int i = 0; i < kPanels; ++i)
-        sum[i] = Pack::add(sum[i], Pack::mul(factor, Pack::load(column + kPanelRows * i)));
+    Pack::D sum[kPanels][kResults];
+    for (int i = 0; i < kPanels; ++i) {
+      for (int j = 0; j < kResults; ++j) sum[i][j] = Pack::broadcast(0.0);
     }
-    for (int i = 0; i < kPanels; ++i) Pack::store(y + row + kPanelRows * i, sum[i]);
+    for (std::int64_t c = 0; c < d.count; ++c) {
+      Pack::D x[kPanels];
+      for (int i = 0; i < kPanels; ++i) x[i] = Pack::load(d.columns[c] + row + kPanelRows * i);
+      for (int j = 0; j < kResults; ++j) {
+        const Pack::D factor = Pack::broadcast(d.factors[j * d.count + c]);
+        for (int i = 0; i < kPanels; ++i) sum[i][j] = Pack::add(sum[i][j], Pack::mul(factor, x[i]));
+      }
+    }
+    double* y = results.y + row / kPanelRows * results.panel_step;
+    for (int i = 0; i < kPanels; ++i) {
+      for (int j = 0; j < kResults; ++j)
+        Pack::store(y + i * results.panel_step + j * results.step, sum[i][j]);
+    }
   });
+}
+
+void combine(const PanelCombination& combination, const PanelResults& results) {
+  const PanelCombination d = combination;
+  const PanelResults r = results;
+  switch (r.count) {
+    case 1: return combine_all<1>(d, r);
+    case 2: return combine_all<2>(d, r);
+    default: return combine_all<3>(d, r);
+  }
 }
 
 void sums(const PanelSums& sums) {

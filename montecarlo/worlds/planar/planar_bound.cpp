@@ -114,7 +114,8 @@ class KnownMap {
       const auto& [offset, h] = rows_[static_cast<std::size_t>(i)];
       if (offset >= 0 && offset != before) P_.copy_columns(offset, 2, landmark);
       if (offset >= 0) before = offset;
-      factor_.combine({from, static_cast<std::size_t>(offset < 0 ? 3 : 5)}, h.data(), n, PHt.col(i).data());
+      factor_.combine({from, static_cast<std::size_t>(offset < 0 ? 3 : 5)}, h.data(), n,
+                      {.y = PHt.col(i).data()});
     }
     Matrix S = Matrix::Identity(m, m);
     for (Index i = 0; i < m; ++i) {

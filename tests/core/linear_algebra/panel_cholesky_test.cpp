@@ -111,10 +111,29 @@ TEST(PanelCholesky, combines_columns_as_a_loop_does) {
     for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512}) {
       if (!is_supported(set)) continue;
       Vector y(whole_panels(n));
-      PanelCholesky(set).combine(from, factors.data(), n, y.data());
+      PanelCholesky(set).combine(from, factors.data(), n, {.y = y.data()});
       EXPECT_EQ(y.head(n), expected) << instruction_set_name(set) << " " << n;
     }
   }
+}
+
+// Whether Y is copied or written where it is wanted, a larger factor before or not.
+TEST(PanelCholesky, takes_what_is_placed_in_it_as_what_is_copied) {
+  PanelCholesky copied, placed;
+  for (const auto& [m, n] : {std::pair<Index, Index>{11, 30}, {2, 16}, {3, 7}, {6, 24}, {2, 5}, {20, 9}}) {
+    const Matrix S = lower_of_positive(m), Y = random_matrix(n, m, 5);
+    const Vector nu = random_matrix(m, 1, 7);
+    ASSERT_TRUE(copied.compute(S, Y, nu));
+    double* panels = placed.place(m, n);
+    for (Index i = 0; i < whole_panels(n); ++i) {
+      double* row = panels + i / kPanelRows * placed.solved_panel_stride() + i % kPanelRows;
+      for (Index k = 0; k < m; ++k) row[kPanelRows * k] = i < n ? Y(i, k) : 0.0;
+    }
+    ASSERT_TRUE(placed.compute_placed(S, nu));
+    EXPECT_EQ(placed.W(), copied.W()) << m << " " << n;
+    EXPECT_EQ(placed.whitened(), copied.whitened()) << m << " " << n;
+  }
+  EXPECT_THROW(placed.compute_placed(Matrix::Identity(2, 2), Vector::Zero(2)), std::invalid_argument);
 }
 
 // What a larger factor left behind is in no smaller one.

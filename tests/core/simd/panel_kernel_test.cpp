@@ -229,6 +229,64 @@ TEST(PanelKernel, ProductsWithARowAndSquaresAreSubtractedTermByTerm) {
   }
 }
 
+// Of columns side by side each takes the row of its own, and has the bits that it has alone.
+TEST(PanelKernel, ProductsWithSeveralRowsAreThoseWithOneAfterTheOther) {
+  for (const PanelKernel* kernel : panel_kernels()) {
+    for (const Index count : {1, 2, 3, 5}) {
+      constexpr Index n = 21, m = 6, kFirst = 6;
+      const Panels panels(random_matrix(n, m, 15), 16);
+      const Matrix start = random_matrix(whole_panels(n), count, 16);
+      Matrix together = start, single = start;
+      PanelProduct product{.y = together.data(),
+                           .rows = n,
+                           .W = panels.data.data(),
+                           .panel_stride = panels.stride,
+                           .columns = m,
+                           .count = count,
+                           .y_stride = together.rows()};
+      kernel->subtract(product, kFirst);
+      product.count = 1;
+      for (Index c = 0; c < count; ++c) {
+        product.y = single.col(c).data();
+        kernel->subtract(product, kFirst + c);
+      }
+      EXPECT_EQ(together.topRows(n), single.topRows(n)) << count;
+      EXPECT_NE(together.topRows(n), start.topRows(n)) << count;
+    }
+  }
+}
+
+// In place, and in panels that have others between them.
+TEST(PanelKernel, SeveralCombinationsAreThoseOneAfterTheOther) {
+  for (const PanelKernel* kernel : panel_kernels()) {
+    for (const Index count : {1, 2, 3}) {
+      constexpr Index kRows = 24, kColumns = 3;
+      const Matrix columns = random_matrix(kRows, kColumns, 17), factors = random_matrix(kColumns, count, 18);
+      Matrix expected(kRows, count), in_place = columns;
+      Matrix panels = Matrix::Zero(kPanelRows, 4 * kRows / kPanelRows);
+      const double* from[kColumns] = {columns.col(0).data(), columns.col(1).data(), columns.col(2).data()};
+      const double* own[kColumns] = {in_place.col(0).data(), in_place.col(1).data(), in_place.col(2).data()};
+      for (Index j = 0; j < count; ++j) {
+        kernel->combine({.columns = from, .count = kColumns, .factors = factors.col(j).data(), .rows = kRows},
+                        {.y = expected.col(j).data()});
+      }
+      kernel->combine({.columns = own, .count = kColumns, .factors = factors.data(), .rows = kRows},
+                      {.y = in_place.data(), .count = count, .step = kRows});
+      kernel->combine({.columns = from, .count = kColumns, .factors = factors.data(), .rows = kRows},
+                      {.y = panels.data(), .count = count, .step = kPanelRows, .panel_step = 4 * kPanelRows});
+      EXPECT_EQ(in_place.leftCols(count), expected);
+      EXPECT_EQ(in_place.rightCols(kColumns - count), columns.rightCols(kColumns - count));
+      for (Index row = 0; row < kRows; row += kPanelRows) {
+        for (Index j = 0; j < 4; ++j) {
+          const Vector panel = panels.col(4 * row / kPanelRows + j);
+          if (j < count) EXPECT_EQ(panel, expected.col(j).segment(row, kPanelRows));
+          if (j >= count) EXPECT_EQ(panel, Vector::Zero(kPanelRows));
+        }
+      }
+    }
+  }
+}
+
 // Here each product is rounded before it is added.
 TEST(PanelKernel, SumsAndCombinationsRoundEveryProduct) {
   for (const PanelKernel* kernel : panel_kernels()) {
@@ -257,7 +315,7 @@ TEST(PanelKernel, SumsAndCombinationsRoundEveryProduct) {
                       .squares = got_squares.data(),
                       .product = got_product.data()});
         kernel->combine({.columns = from.data(), .count = m, .factors = y.data(), .rows = n},
-                        got_combined.data());
+                        {.y = got_combined.data()});
         EXPECT_EQ(first_of(got_squares, n), squares) << n << ' ' << m;
         EXPECT_EQ(first_of(got_product, n), product) << n << ' ' << m;
         EXPECT_EQ(first_of(got_combined, n), combined) << n << ' ' << m;
