@@ -1,6 +1,7 @@
 #include "montecarlo/lanes/planar_lanes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/filters/nees_along_run.h"
@@ -77,6 +78,7 @@ void PlanarLanes::reset(int lane, const Pose& pose, const Eigen::Matrix3d& P) {
     for (Index j = 0; j <= i; ++j) covariance_at(i, j)[lane] = P(i, j);
   }
   for (Index l = 0; l < world_.states(); ++l) known_[at(l)] = without(known_[at(l)], lane);
+  count_[static_cast<std::size_t>(lane)] = 0;
   steps_[static_cast<std::size_t>(lane)] = {};
   measured_ = 0;
   nees_along_run_.reset(lane, P);
@@ -239,6 +241,7 @@ void PlanarLanes::initialise(int lane, Index landmark, const RangeBearing& z) {
   covariance_at(l + 1, l + 1)[lane] = own(1, 1);
   for (Index c = 0; c < 2; ++c) x_[at(l + c)][lane] = placed.position[c];
   known_[at(landmark)] = with(known_[at(landmark)], lane);
+  ++count_[static_cast<std::size_t>(lane)];
 }
 
 void PlanarLanes::compute_errors(const std::array<Pose, kLanes>& truth) {
@@ -250,9 +253,11 @@ void PlanarLanes::compute_errors(const std::array<Pose, kLanes>& truth) {
   for (Index l = 0; l < world_.states(); ++l) {
     for (Index c = 0; c < 2; ++c) {
       const double place = world_.landmarks[at(l)][c];
-      for (int lane = 0; lane < kLanes; ++lane) {
-        error_[at(3 + 2 * l + c)][lane] =
-            has(known_[at(l)], lane) ? x_[at(3 + 2 * l + c)][lane] - place : 0.0;
+      const Lanes& x = x_[at(3 + 2 * l + c)];
+      Lanes& error = error_[at(3 + 2 * l + c)];
+      for (int lane = 0; lane < kLanes; ++lane) error[lane] = x[lane] - place;
+      for (int lane = 0; known_[at(l)] != kAllLanes && lane < kLanes; ++lane) {
+        if (!has(known_[at(l)], lane)) error[lane] = 0.0;
       }
     }
   }
@@ -267,7 +272,7 @@ void PlanarLanes::follow_nees(const std::array<Pose, kLanes>& truth, bool logari
   }
   nees_along_run_.correct(kernel_data(), prior_, logarithms);
   for (const auto& [lane, state, J_r, noise] : initialised_) {
-    nees_along_run_.append(lane, state, J_r, noise, error_);
+    nees_along_run_.append(lane, state, J_r, noise, error_, known_);
   }
   nees_along_run_.judge(kernel_data(), error_);
 }
@@ -308,10 +313,6 @@ void PlanarLanes::check_nees() {
 
 void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, Factor factor) {
   compute_errors(truth);
-  Lanes landmarks;
-  for (Index l = 0; l < world_.states(); ++l) {
-    for (int lane = 0; lane < kLanes; ++lane) landmarks[lane] += has(known_[at(l)], lane) ? 1.0 : 0.0;
-  }
   follow_nees(truth, normalise);
   factored_ = factor != Factor::if_needed || !nees_along_run_.all_have_values(static_cast<LaneSet>(~lost_));
   if (factored_) factor_covariance(normalise);
@@ -341,7 +342,7 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, F
     s.position_error_squared = error_[0][lane] * error_[0][lane] + error_[1][lane] * error_[1][lane];
     s.heading_error_squared = error_[2][lane] * error_[2][lane];
     s.map_error_squared = nees_along_run_.map_error(lane);
-    s.landmarks = static_cast<Index>(landmarks[lane]);
+    s.landmarks = count_[static_cast<std::size_t>(lane)];
   }
 }
 
@@ -422,8 +423,9 @@ void PlanarLanes::take_moving(int lane, NormalisedStep& told) const {
   if (chosen < 0) return;
   Index i = 3;
   for (Index l = 0; l < chosen; ++l) i += known(l) ? 2 : 0;
-  moving.places.assign({0, 1, 2, i, i + 1});
-  moving.error = told.error(moving.places);
+  const std::array<Index, 5> places = {0, 1, 2, i, i + 1};  // not on the heap, as Eigen copies it
+  moving.places.assign(places.begin(), places.end());
+  moving.error = told.error(places);
   const std::array<Index, 5> states = {0, 1, 2, 3 + 2 * chosen, 4 + 2 * chosen};
   moving.P.resize(5, 5);
   for (Index a = 0; a < 5; ++a) {

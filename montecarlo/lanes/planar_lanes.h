@@ -102,11 +102,12 @@ class PlanarLanes {
   Index states_, padded_, measured_ = 0;
 
   Numbers x_, P_;
-  std::vector<LaneSet> known_;    ///< by landmark
-  std::vector<LaneSet> visible_;  ///< by landmark, of this step
-  std::vector<LaneSet> used_;     ///< by measured landmark
-  Numbers z_;                     ///< 2 a landmark
-  Numbers anchors_;               ///< 2 an anchor
+  std::vector<LaneSet> known_;         ///< by landmark
+  std::array<Index, kLanes> count_{};  ///< landmarks that a lane knows, without the anchors
+  std::vector<LaneSet> visible_;       ///< by landmark, of this step
+  std::vector<LaneSet> used_;          ///< by measured landmark
+  Numbers z_;                          ///< 2 a landmark
+  Numbers anchors_;                    ///< 2 an anchor
   std::vector<Index> of_measured_;
   struct Initialised {
     int lane;

@@ -90,7 +90,8 @@ void PlanarNeesLanes::correct(const PlanarLanesData& filter, const LaneNumbers& 
 
 // A landmark l = g(x, z) measures 0 = J_r e_r − e_l with the noise J_z R J_zᵀ; as NeesAlongRun::append.
 void PlanarNeesLanes::append(int lane, Index state, const Eigen::Matrix<double, 2, 3>& J_r,
-                             const Eigen::Matrix2d& noise, const LaneNumbers& error) {
+                             const Eigen::Matrix2d& noise, const LaneNumbers& error,
+                             std::span<const LaneSet> known) {
   const auto triple = [lane](const LaneNumbers& numbers, Index first) -> Eigen::Vector3d {
     return {numbers[at(first)][lane], numbers[at(first + 1)][lane], numbers[at(first + 2)][lane]};
   };
@@ -100,7 +101,10 @@ void PlanarNeesLanes::append(int lane, Index state, const Eigen::Matrix<double, 
     for (Index c = 0; c <= r; ++c, ++i) given.Sigma(r, c) = given.Sigma(c, r) = Sigma_[at(i)][lane];
   }
   const Eigen::Vector2d landmark(error[at(state)][lane], error[at(state + 1)][lane]);
-  for (Index i = 3; i < states_; ++i) given.q += triple(A_, 3 * i) * error[at(i)][lane];
+  const auto is_known = [&](Index i) { return has(known[at((i - 3) / 2)], lane); };
+  for (Index i = 3; i < states_; ++i) {
+    if (is_known(i)) given.q += triple(A_, 3 * i) * error[at(i)][lane];
+  }
   // White: L⁻¹ of the noise, L by hand as it is two by two.
   const double a = std::sqrt(noise(0, 0)), b = noise(1, 0) / a, c = std::sqrt(noise(1, 1) - b * b);
   Eigen::Matrix2d whitener;
@@ -110,6 +114,7 @@ void PlanarNeesLanes::append(int lane, Index state, const Eigen::Matrix<double, 
   double scale = 1.0;
   for (Index i = 0; i < 2; ++i) scale *= given.add(H.row(i), tells[i]);
   for (Index i = 3; i < states_; ++i) {
+    if (!is_known(i)) continue;
     const Eigen::Vector3d row = triple(A_, 3 * i), corrected = given.C.transpose() * row;
     w_[at(i)][lane] += row.dot(given.t);
     for (Index k = 0; k < 3; ++k) A_[at(3 * i + k)][lane] = corrected[k];

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "core/models/range_bearing.h"
 #include "core/nan.h"
 #include "montecarlo/lanes/lane_numbers.h"
@@ -25,9 +27,10 @@ class PlanarNeesLanes {
   /// What the last update measured; `prior` (3) is the error of the predicted pose. `logarithms`: ln det P is
   /// wanted.
   void correct(const PlanarLanesData& filter, const LaneNumbers& prior, bool logarithms);
-  /// A new landmark at `state`, with J_r and J_z R J_zᵀ; the errors are those of the state now.
+  /// A new landmark at `state`, with J_r and J_z R J_zᵀ; the errors are those of the state now, and `known`
+  /// has the lanes that know each landmark.
   void append(int lane, Index state, const Eigen::Matrix<double, 2, 3>& J_r, const Eigen::Matrix2d& noise,
-              const LaneNumbers& error);
+              const LaneNumbers& error, std::span<const LaneSet> known);
   /// The values of the state's `error` (n), which is that of the map before the next update.
   void judge(const PlanarLanesData& filter, const LaneNumbers& error);
 
