@@ -5,7 +5,7 @@
 namespace credence::internal {
 
 RelativePlace relative_place(const RelativePlace::State& x) {
-  const double c = cosine(x[2]), s = sine(x[2]);
+  const auto [s, c] = sine_cosine(x[2]);
   const Eigen::Matrix2d back{{c, s}, {-s, c}};
   RelativePlace place;
   place.r = back * (x.tail<2>() - x.head<2>());

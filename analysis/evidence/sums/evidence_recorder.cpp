@@ -16,6 +16,12 @@
 namespace credence::internal {
 namespace {
 
+/// to = values(places), by which Eigen would copy the places onto the heap.
+template <class To>
+void copy_places(const Vector& values, std::span<const Index> places, To& to) {
+  for (std::size_t i = 0; i < places.size(); ++i) to[static_cast<Index>(i)] = values[places[i]];
+}
+
 /// The value beyond which a χ²(dof) is a gross outlier.
 double outlier_limit(Index dof) {
   constexpr std::size_t kCached = 64;
@@ -259,7 +265,8 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
     add_averaged(run.law, step.error, step.variance, step.P);
   } else if (!averaged_.empty() && step.blocks[static_cast<std::size_t>(lead_)].dof == averaged_dim_) {
     const std::vector<Index>& lead = places.of_block[static_cast<std::size_t>(lead_)];
-    variance_ = step.variance(lead);
+    variance_.resize(std::ssize(lead));
+    copy_places(step.variance, lead, variance_);
     add_averaged(run.law, step.lead.error, variance_, step.lead.P);
   }
   if (complete && all <= LawSums::kLargestShape && is_shape_step(step.step) && whitening_.compute(step.P)) {
@@ -291,7 +298,9 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) {
     const Vector& before = run.way[run.way_steps > most ? newest : 0];
     const auto steps = static_cast<double>(std::min(most, run.way_steps - 1));
     if (planar_map_) {
-      const RelativePlace::State now = step.estimate(places), then = before(places);
+      RelativePlace::State now, then;
+      copy_places(step.estimate, places, now);
+      copy_places(before, places, then);
       const RelativePlace place = relative_place(now), truth = relative_place(now - step.moving.error);
       const Eigen::Vector2d error = place.r - truth.r, motion = (place.r - relative_place(then).r) / steps;
       const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();

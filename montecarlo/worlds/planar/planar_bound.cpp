@@ -120,8 +120,8 @@ class KnownMap {
     Matrix S = Matrix::Identity(m, m);
     for (Index i = 0; i < m; ++i) {
       const auto& [offset, h] = rows_[static_cast<std::size_t>(i)];
-      S.row(i) += h.head<3>() * PHt.topRows<3>();
-      if (offset >= 0) S.row(i) += h.tail<2>() * PHt.middleRows<2>(offset);
+      S.row(i).noalias() += h.head<3>() * PHt.topRows<3>();
+      if (offset >= 0) S.row(i).noalias() += h.tail<2>() * PHt.middleRows<2>(offset);
     }
     factor_.compute(S, PHt.topRows(n), Vector::Zero(m));
     P_.downdate(factor_);
@@ -158,10 +158,10 @@ class KnownMap {
 };
 
 /// One observation of a landmark at `rho` in the axes of the vehicle, by the error of a pose with this
-/// heading and that of the landmark.
-Rows told(double heading, const Point& rho, const RangeBearing& std) {
-  const auto predicted = predict_range_bearing(Pose(0.0, 0.0, heading), rotation(heading) * rho);
-  Rows H(2, 5);
+/// rotation and that of the landmark.
+Eigen::Matrix<double, 2, 5> told(const Eigen::Matrix2d& rotation, const Point& rho, const RangeBearing& std) {
+  const auto predicted = predict_range_bearing(Pose::Zero(), rotation * rho);
+  Eigen::Matrix<double, 2, 5> H;
   H << predicted.H_r, predicted.H_l;
   return std.cwiseInverse().asDiagonal() * H;
 }
@@ -202,19 +202,20 @@ PosteriorBound planar_bound(const Scenario& scenario) {
     const Motion unmoved = world.vehicle.move(nominal, u, world.dt_s);
     bound.move(unmoved, Q);
     nominal = unmoved.pose;
+    const Eigen::Matrix2d from_nominal = rotation(nominal[2]);
     for (std::size_t i = 0; i < simulations.size(); ++i) {
       PlanarSimulation& simulation = simulations[i];
       if (i < claims) at_truth[i].move(world.vehicle.move(simulation.pose(), u, world.dt_s), Q);
       simulation.move(k);
       const Pose& pose = simulation.pose();
-      const Eigen::Matrix2d to_vehicle = rotation(pose[2]).transpose();
+      const Eigen::Matrix2d from_vehicle = rotation(pose[2]);
       for (const auto& observation : simulation.observe(k)) {
         const auto number = static_cast<std::size_t>(observation.landmark);
-        const Point rho = to_vehicle * Point(world.landmarks[number] - pose.head<2>());
-        const Rows H = told(nominal[2], rho, noise.measurement_std);
+        const Point rho = from_vehicle.transpose() * Point(world.landmarks[number] - pose.head<2>());
+        const Eigen::Matrix<double, 2, 5> H = told(from_nominal, rho, noise.measurement_std);
         information[number] += H.transpose() * H / static_cast<double>(kBoundRuns);
         if (i < claims) {
-          lessons.push_back({observation.landmark, told(pose[2], rho, noise.measurement_std)});
+          lessons.push_back({observation.landmark, told(from_vehicle, rho, noise.measurement_std)});
         }
       }
       if (i < claims) at_truth[i].learn(lessons);
