@@ -48,34 +48,68 @@ MeanInterval interval_of(const SkewedMoments& moments, double confidence, double
   return interval;
 }
 
-DirectedPValues p_values_of(const SkewedMoments& moments, double dof) {
-  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0, dof)
-                                              : DirectedPValues{kNaN, kNaN};
+double p_value_of(const SkewedMoments& moments, double dof) {
+  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0, dof).two_sided() : kNaN;
 }
 
-double p_value_of(const SkewedMoments& moments, double dof) { return p_values_of(moments, dof).two_sided(); }
+/// Rows of one unit in a range of σ.
+struct UnitBin {
+  double normalised = 0.0, rows = 0.0;
+};
+
+/// Σ e²/σ² of each unit, with `factor` for each row that is missing to the most of any, over the sum of as
+/// many rows of this factor: its mean is 1 where that is the factor, even where σ follows the errors, so that
+/// they decide how many rows of a unit come here.
+SkewedMoments filled_up(const std::vector<UnitBin>& units, double factor) {
+  double most = 0.0;
+  for (const UnitBin& unit : units) most = std::max(most, unit.rows);
+  SkewedMoments moments;
+  for (const UnitBin& unit : units) moments.add((unit.normalised / factor + (most - unit.rows)) / most);
+  return moments;
+}
+
+/// The factor of all rows, with the interval over the units; `rows`: of all.
+MeanInterval factor_of(const std::vector<UnitBin>& units, double factor, double rows, double confidence) {
+  double most = 0.0;
+  for (const UnitBin& unit : units) most = std::max(most, unit.rows);
+  MeanInterval interval = run_mean_interval(filled_up(units, factor), confidence, 1.0);
+  const double per_row = most * static_cast<double>(std::ssize(units)) / rows;
+  interval.mean = factor;
+  for (double* const end : {&interval.lower, &interval.upper})
+    *end = std::max(0.0, factor * (1.0 + per_row * (*end - 1.0)));
+  return interval;
+}
 
 std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& units, double confidence) {
   std::vector<SigmaBin> bins;
   std::vector<double> p_values;
   for (const auto& [place, sums] : all.bins) {
     const auto rows = static_cast<double>(sums.rows);
-    SkewedMoments moments;
+    std::vector<UnitBin> of_units;
+    std::int64_t came = 0;
     for (const CalibrationSum* unit : units) {
       const auto found = unit->bins.find(place);
-      if (found != unit->bins.end())
-        moments.add(found->second.normalised / static_cast<double>(found->second.rows));
+      const bool here = found != unit->bins.end();
+      came += here ? 1 : 0;
+      of_units.push_back(here ? UnitBin{found->second.normalised, static_cast<double>(found->second.rows)}
+                              : UnitBin{});
     }
+    const double factor = sums.normalised / rows;
     SigmaBin bin{.state = place.first,
                  .lower = std::pow(10.0, 0.25 * place.second),
                  .upper = std::pow(10.0, 0.25 * (place.second + 1)),
                  .claimed = std::sqrt(sums.variance / rows),
                  .rmse = std::sqrt(sums.squared / rows),
                  .rows = sums.rows,
-                 .factor = interval_of(moments, confidence, 1.0),
-                 .directed = p_values_of(moments, 1.0)};
-    bin.p_value = bin.directed.two_sided();
-    if (moments.count == 0) bin.factor.mean = sums.normalised / rows;
+                 .factor = {.mean = factor, .lower = kNaN, .upper = kNaN, .count = came, .reason = kTooFew},
+                 .directed = {kNaN, kNaN},
+                 .p_value = kNaN};
+    if (came >= kFewestRunsCompared) {
+      if (factor > 0.0) bin.factor = factor_of(of_units, factor, rows, confidence);
+      bin.factor.count = came;
+      bin.directed = run_mean_p_values(filled_up(of_units, 1.0), 1.0);
+      bin.p_value = bin.directed.two_sided();
+    }
     p_values.push_back(bin.p_value);
     bins.push_back(bin);
   }

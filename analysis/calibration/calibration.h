@@ -21,7 +21,9 @@
 
 namespace credence::internal {
 
-/// The factor between true and claimed variance of one state where it claims standard deviations in a range.
+/// The factor between true and claimed variance of one state where it claims standard deviations in a range:
+/// that of all rows there. It is tested by Σ (e²/σ² − 1) of each unit, whose mean is 0 even where σ follows
+/// the errors.
 struct SigmaBin {
   Index state = 0;
   double lower = 0.0, upper = 0.0;   ///< of the claimed σ

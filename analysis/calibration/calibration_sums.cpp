@@ -261,6 +261,7 @@ void CalibrationRecorder::close_run() {
   const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
   if (sample.reason.empty()) {
     const double time = series.rows_per_value * sample.correlation_time;
+    run_.correlation_time = time;
     run_.effective_rows = unbiased_size(static_cast<double>(run_.whole.rows), time);
     const std::size_t groups = open_groups_ / CalibrationRun::kStretches;
     const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);

@@ -50,6 +50,7 @@ struct CalibrationRun {
   CalibrationSum whole;
   std::vector<CalibrationSum> stretches{};  ///< ten equal ones; none where one is shorter than ten
                                             ///< correlation times of NEES
+  double correlation_time = 1.0;            ///< of its NEES, in rows
   double effective_rows = 1.0;              ///< independent rows that its NEES is worth; at least 1
   /// The factor on P with which 95 % of the rows lie in their 95 % ellipsoid: the quantile of NEES /
   /// χ²₀.₉₅(n).

@@ -113,7 +113,7 @@ struct EstimatorStudyOptions {
 /// have, and for a scenario that none of them takes.
 ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<std::string>& asked);
 
-/// Whether pose or map of an estimator is.
+/// Whether pose or map of an estimator is optimistic or pessimistic.
 bool any_inconsistent(const EstimatorStudy& study);
 
 /// Runs study.runs runs of the scenario with every estimator. Throws as choose_estimators, and what an

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -13,7 +15,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::int64_t kRunsOfScoreTask = 16;
+constexpr Index kRunsOfScoreTask = 16;
 
 }  // namespace
 
@@ -50,8 +52,7 @@ UnitScores LinearScore::scores(const Vector& phi, bool gradient) const {
   scores.dof = scores.steps * static_cast<double>(parameters_.model().measurement_dim());
   const std::int64_t tasks = (runs() + kRunsOfScoreTask - 1) / kRunsOfScoreTask;
   for_each_task(tasks, tasks == 1 ? 1 : threads_, stop_, [&](std::int64_t task) {
-    const Index end = std::min(runs(), Index{(task + 1) * kRunsOfScoreTask});
-    for (Index run = task * kRunsOfScoreTask; run < end; ++run) score_run(filter, run, scores);
+    score_runs(filter, task * kRunsOfScoreTask, scores);
     played_.add_part_of(tasks);
   });
   if (stop_ != nullptr && stop_->load()) throw Stopped{};
@@ -60,38 +61,56 @@ UnitScores LinearScore::scores(const Vector& phi, bool gradient) const {
   return scores;
 }
 
-void LinearScore::score_run(const InnovationSensitivities& filter, Index run, UnitScores& scores) const {
+void LinearScore::score_runs(const InnovationSensitivities& filter, Index first, UnitScores& scores) const {
+  using Runs = Eigen::Matrix<double, kRunsOfScoreTask, Eigen::Dynamic>;  // a row for each run
+  using OfRuns = Eigen::Array<double, kRunsOfScoreTask, 1>;
   const LinearModel& model = parameters_.model();
   const Index n = model.state_dim(), m = model.measurement_dim(), p = filter.parameters();
-  const MeasuredRun& data = runs_[static_cast<std::size_t>(run)];
+  const Index count = std::min(kRunsOfScoreTask, runs() - first);
+  const auto data =
+      std::span(runs_).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
   const double constant = static_cast<double>(m) * std::log(2.0 * std::numbers::pi);
-  Vector x = model.F * data.start, x_next(n), nu(m), u(m), whitened(m), before(m), S_dot_u(m), moved(n * p);
-  Matrix x_dot = Matrix::Zero(n, p), x_dot_next(n, p), nu_dot(m, p);
+  const auto inner = [](const auto& a, const auto& b) {
+    return OfRuns((a.array() * b.array()).rowwise().sum());
+  };
+  Runs start = Runs::Zero(kRunsOfScoreTask, n), z = Runs::Zero(kRunsOfScoreTask, m);
+  for (Index run = 0; run < count; ++run)
+    start.row(run) = data[static_cast<std::size_t>(run)].start.transpose();
+  Runs x = start.lazyProduct(model.F.transpose()), x_next = x;
+  Runs nu = z, u = z, whitened = z, before = z, S_dot_u = z, nu_dot = z;
+  Runs x_dot = Runs::Zero(kRunsOfScoreTask, n * p), x_dot_next = x_dot;
   for (Index k = 0; k < steps(); ++k) {
     const InnovationStep& step = filter.step(k);
-    const Index unit = run * stretches_ + k * stretches_ / steps();
-    nu.noalias() = data.z.col(k) - model.H * x;
-    u.noalias() = step.S_inverse * nu;
-    const double nis = nu.dot(u);
-    scores.value[unit] -= 0.5 * (constant + step.log_determinant + nis);
-    scores.nis[unit] += nis;
-    x_next.noalias() = model.F * x;
-    x_next.noalias() += step.FK * nu;
+    for (Index run = 0; run < count; ++run)
+      z.row(run) = data[static_cast<std::size_t>(run)].z.col(k).transpose();
+    const Index stretch = k * stretches_ / steps();
+    const auto add = [&, this](const OfRuns& values, auto&& to) {
+      for (Index run = 0; run < count; ++run) to((first + run) * stretches_ + stretch) += values[run];
+    };
+    nu = z;
+    nu.noalias() -= x.lazyProduct(model.H.transpose());
+    u.noalias() = nu.lazyProduct(step.S_inverse.transpose());
+    const OfRuns nis = inner(nu, u);
+    add(-0.5 * (constant + step.log_determinant + nis), scores.value);
+    add(nis, scores.nis);
+    x_next.noalias() = x.lazyProduct(model.F.transpose());
+    x_next.noalias() += nu.lazyProduct(step.FK.transpose());
     x.swap(x_next);
     if (p == 0) {
-      whitened.noalias() = step.S_root_inverse * nu;
-      if (k > 0) scores.lag_one[unit] += whitened.dot(before);
+      whitened.noalias() = nu.lazyProduct(step.S_root_inverse.transpose());
+      if (k > 0) add(inner(whitened, before), scores.lag_one);
       before.swap(whitened);
       continue;
     }
-    nu_dot.noalias() = -model.H * x_dot;
     for (Index i = 0; i < p; ++i) {
-      S_dot_u.noalias() = step.S_dot[static_cast<std::size_t>(i)] * u;
-      scores.gradient(i, unit) += 0.5 * (u.dot(S_dot_u) - step.trace[i]) - u.dot(nu_dot.col(i));
+      const auto of_i = x_dot.middleCols(i * n, n);
+      S_dot_u.noalias() = u.lazyProduct(step.S_dot[static_cast<std::size_t>(i)].transpose());
+      nu_dot.noalias() = -of_i.lazyProduct(model.H.transpose());
+      add(0.5 * (inner(u, S_dot_u) - step.trace[i]) - inner(u, nu_dot), scores.gradient.row(i));
+      auto next = x_dot_next.middleCols(i * n, n);
+      next.noalias() = of_i.lazyProduct(step.closed.transpose());
+      next.noalias() += nu.lazyProduct(step.FK_dot.middleRows(i * n, n).transpose());
     }
-    moved.noalias() = step.FK_dot * nu;
-    x_dot_next.noalias() = step.closed * x_dot;
-    x_dot_next += Eigen::Map<const Matrix>(moved.data(), n, p);
     x_dot.swap(x_dot_next);
   }
 }

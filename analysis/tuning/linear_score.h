@@ -46,7 +46,8 @@ class LinearScore final : public ScoreModel {
   Index steps() const { return runs_.front().z.cols(); }
 
  private:
-  void score_run(const InnovationSensitivities& filter, Index run, UnitScores& scores) const;
+  /// Of sixteen runs side by side, or as many as there are.
+  void score_runs(const InnovationSensitivities& filter, Index first, UnitScores& scores) const;
 
   NoiseParameters parameters_;
   std::vector<MeasuredRun> runs_;

@@ -55,6 +55,7 @@ ProductFactor ProductFactor::transposed(ProductFactor M) {
 ProductFactor ProductFactor::rows_of(ProductFactor M, Index first, Index count) {
   M.data += first * M.row_step;
   M.rows = count;
+  M.is_lower = M.is_upper = false;
   return M;
 }
 

@@ -39,7 +39,7 @@ class MatrixProduct {
   /// C += A B. C has the shape of A B and is none of the factors.
   void add(Matrix& C, const ProductFactor& A, const ProductFactor& B) { multiply(C, A, B, true, false); }
 
-  /// The same for a symmetric product: only the lower triangle of C is good afterwards.
+  /// C = A B for a symmetric product: only the lower triangle of C is good afterwards.
   void set_lower(Matrix& C, const ProductFactor& A, const ProductFactor& B) {
     multiply(C, A, B, false, true);
   }

@@ -7,12 +7,12 @@
 namespace credence::internal {
 namespace {
 
-/// 0 of a number below those that a double holds; nothing of one beyond.
-std::optional<double> parse_tiny(std::string_view field) {
-  long double number = 0;
-  const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-  if (error != std::errc() || !(std::abs(number) < 1.0L)) return std::nullopt;
-  return static_cast<double>(number);
+/// Whether a number that no double holds is below those that one does: by its exponent, or, without one, as
+/// it begins with 0.
+bool is_tiny(std::string_view field) {
+  const std::size_t exponent = field.find_first_of("eE");
+  if (exponent != std::string_view::npos) return field.substr(exponent + 1).starts_with('-');
+  return field.substr(field.starts_with('-') ? 1 : 0).starts_with("0.");
 }
 
 }  // namespace
@@ -22,7 +22,7 @@ std::optional<double> parse_finite(std::string_view field) {
   double number = 0;
   const char* end = field.data() + field.size();
   const auto [stop, error] = std::from_chars(field.data(), end, number);
-  if (error == std::errc::result_out_of_range && stop == end) return parse_tiny(field);
+  if (error == std::errc::result_out_of_range && stop == end && is_tiny(field)) return 0.0;
   if (error != std::errc() || stop != end || !std::isfinite(number)) return std::nullopt;
   return number;
 }
@@ -42,7 +42,7 @@ std::string_view trim_blanks(std::string_view field) {
 
 std::string_view trim_quotes(std::string_view field) {
   const bool quoted = field.size() >= 2 && field.front() == '"' && field.back() == '"';
-  return quoted ? field.substr(1, field.size() - 2) : field;
+  return quoted ? trim_blanks(field.substr(1, field.size() - 2)) : field;
 }
 
 std::vector<std::string_view> comma_fields(std::string_view line) {

@@ -20,7 +20,7 @@ std::string shown_field(std::string_view text);
 /// `field` without blanks at its ends.
 std::string_view trim_blanks(std::string_view field);
 
-/// The same without the quotes around it.
+/// `field` without the quotes around it, and without blanks within them.
 std::string_view trim_quotes(std::string_view field);
 
 /// The fields of a line between commas, without blanks at their ends and the quotes around them.

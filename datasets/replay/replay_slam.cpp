@@ -44,7 +44,7 @@ class EkfReplay final : public ReplaySlam {
     filter_.model().dt_s = dt_s;
     if (auto& point = filter_.model().truth) {
       point->from = point->to;
-      point->to = truth.value_or(point->to);
+      point->to = truth.value();
     }
     filter_.predict(u);
   }

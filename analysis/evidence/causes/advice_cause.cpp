@@ -76,9 +76,8 @@ std::string_view to_string(Cause cause) {
   switch (cause) {
     case Cause::lost_runs: return "a filter that loses its way in a few runs";
     case Cause::shared_noise:
-      return "runs that are not independent, as several over one data set, or an error that their common "
-             "path "
-             "makes";
+      return "runs that are not independent, as several over one data set, or an error that all of them "
+             "share";
     case Cause::unwrapped_angle: return "an angle that is not wrapped";
     case Cause::wide_angle: return "an angle too uncertain for a Gaussian law";
     case Cause::outliers: return "outliers, such as wrong associations";

@@ -52,7 +52,7 @@ struct CauseFound {
 
 /// The causes that the findings point to, the most specific first, by the rules of cause_rules.h in their
 /// order; empty for a consistent filter but for chance. A hint: signatures that are tests of their own have
-/// the false-alarm rate (1 − confidence)/15 each.
+/// the false-alarm rate (1 − confidence)/17 each.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence::internal

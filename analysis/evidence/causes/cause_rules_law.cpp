@@ -131,7 +131,8 @@ Causes find_shared_noise(const Findings& findings) {
   return {{Cause::shared_noise,
            fmt::format("at the same step the errors of all runs have a mean, {:.2g} times what P claims in "
                        "square and another at every step ({}), and scatter about it by {:.2g} times ({}); "
-                       "every test takes runs for independent",
+                       "every test takes runs for independent; a bias that changes beside a P that is too "
+                       "large looks the same",
                        at_steps.square, p_value_statement(at_steps.p_value), at_steps.spread,
                        p_value_statement(at_steps.spread_p_value))}};
 }

@@ -72,7 +72,7 @@ double alpha_of(const Findings& findings) {
 }
 
 double cause_level(const Findings& findings) {
-  constexpr double kCauses = 15.0;
+  constexpr double kCauses = 17.0;
   return alpha_of(findings) / kCauses;
 }
 

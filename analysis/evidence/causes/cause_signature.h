@@ -31,7 +31,7 @@ inline constexpr double kMostly = 0.8;
 /// 1 − confidence.
 double alpha_of(const Findings& findings);
 
-/// The false-alarm rate of each signature that is a test: (1 − confidence)/15, as there are fifteen of them
+/// The false-alarm rate of each signature that is a test: (1 − confidence)/17, as there are so many of them
 /// and every cause is looked for.
 double cause_level(const Findings& findings);
 

@@ -17,7 +17,7 @@ struct ClaimedSigmaTest {
     MeanInterval factor;    ///< between true and claimed variance
   };
   Side optimistic, pessimistic;
-  std::int64_t units = 0;  ///< runs, or stretches of one, of the range with most of them
+  std::int64_t units = 0;  ///< runs, or stretches of fewer than five, of the range with most of them
 };
 
 }  // namespace credence::internal

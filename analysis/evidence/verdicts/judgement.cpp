@@ -363,15 +363,17 @@ void judge_fitted(TruthFit fit, Judgement& j) {
 /// A rejected row has a P, or an error, that is none. Where many are, the others do not speak for the filter.
 void leave_rejected_open(const Evidence& e, Judgement& j) {
   constexpr double kMost = 0.05;
-  if (j.word.verdict != Verdict::consistent && j.word.verdict != Verdict::not_gaussian) return;
-  const std::int64_t rejected = e.rejected_rows();
-  if (static_cast<double>(rejected) <= kMost * static_cast<double>(e.rows)) return;
+  if (j.word.verdict == Verdict::optimistic || j.word.verdict == Verdict::mixed) return;
+  std::int64_t judged = e.has_truth ? j.nees.count : j.nis.count;
+  for (const BlockVerdict& block : j.blocks) judged = std::max(judged, block.verdict.count);
+  const std::int64_t rejected = e.rejected_rows(), all = rejected + judged;
+  if (static_cast<double>(rejected) <= kMost * static_cast<double>(all)) return;
   const auto count = [](const auto& of_reason) { return of_reason.second.count; };
   j.word.verdict = Verdict::undecided;
   j.word.says.clear();
   j.nees.reason =
       fmt::format("{} of {} rows are rejected (most of them: {}), and the others do not speak for them",
-                  rejected, e.rows, std::ranges::max_element(e.rejected, {}, count)->first);
+                  rejected, all, std::ranges::max_element(e.rejected, {}, count)->first);
 }
 
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a

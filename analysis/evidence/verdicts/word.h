@@ -31,7 +31,8 @@ struct JoinedVerdict {
   double p_value = 0.0;                  ///< adjusted; NaN without data
 };
 
-/// One word over everything: NEES of the whole state, NIS, and the NEES of every block.
+/// One word over everything: NEES of the whole state, NIS, and the NEES of every block, direction and range
+/// of σ.
 struct Word {
   Verdict verdict = Verdict::undecided;
   double p_value = 0.0;  ///< the word is not `consistent` iff it is at most 1 − confidence; NaN without data

@@ -17,7 +17,7 @@ bool MeanAtSteps::shared(double level) const {
 MeanAtSteps test_mean_at_steps(const std::map<std::int64_t, VectorMoments>& whitened) {
   constexpr std::int64_t kFewest = 10;
   MeanAtSteps result;
-  double of_mean = 0.0, excess = 0.0, steps = 0.0, spread = 0.0, dim = 0.0, squares = 0.0;
+  double of_mean = 0.0, excess = 0.0, steps = 0.0, of_sum = 0.0, spread = 0.0, dim = 0.0, squares = 0.0;
   Vector sum;
   for (const auto& [step, errors] : whitened) {
     if (errors.count < kFewest && errors.count <= errors.mean.size()) continue;
@@ -31,17 +31,19 @@ MeanAtSteps test_mean_at_steps(const std::map<std::int64_t, VectorMoments>& whit
     result.spread_p_value = std::min(result.spread_p_value, chi_square_cdf(scatter, (runs - 1.0) * n));
     spread += scatter / (runs - 1.0);
     dim += n;
-    squares += square;
-    if (sum.size() != errors.mean.size()) sum = Vector::Zero(errors.mean.size());
-    sum += errors.mean;
     steps += 1.0;
+    if (sum.size() == 0) sum = Vector::Zero(errors.mean.size());
+    if (sum.size() != errors.mean.size()) continue;
+    sum += errors.mean;
+    squares += square;
+    of_sum += 1.0;
   }
   if (steps == 0.0) return {};
   result.explained = excess > 0.0 ? std::max(0.0, of_mean) / excess : 0.0;
   result.p_value = std::min(1.0, steps * result.p_value);
   result.spread_p_value = std::min(1.0, steps * result.spread_p_value);
   result.square = std::max(0.0, of_mean) / dim;
-  result.of_one = squares > 0.0 ? sum.squaredNorm() / (steps * squares) : 1.0;
+  result.of_one = squares > 0.0 ? sum.squaredNorm() / (of_sum * squares) : 1.0;
   result.spread = spread / dim;
   return result;
 }

@@ -16,6 +16,10 @@ namespace credence::internal {
 namespace {
 
 constexpr std::uint64_t kMatHeader = 128;
+constexpr const char* kNotVersion5 =
+    "is no MAT-file of version 5 (no mark of its byte order), as those of version 4 and of save -ascii: save "
+    "it "
+    "with -v7 (MATLAB: save -v7 FILE)";
 constexpr std::uint64_t kMostInMemory = std::uint64_t{2} << 30;
 
 /// Types of data that hold others.
@@ -123,14 +127,12 @@ class MatReader {
 
  private:
   std::endian read_header() {
+    if (file_.size() < kMatHeader) file_.fail(0, kNotVersion5);
     ByteCursor header = file_.cursor(0, kMatHeader, "the header of a MAT-file");
     header.skip(kMatHeader - 4);
     const std::string_view end = header.take_text(4);
     const bool little = end.ends_with("IM");
-    if (!little && !end.ends_with("MI"))
-      file_.fail(kMatHeader - 2,
-                 "is no MAT-file of version 5 (no mark of its byte order), as those of version 4 and of save "
-                 "-ascii: save it with -v7 (MATLAB: save -v7 FILE)");
+    if (!little && !end.ends_with("MI")) file_.fail(kMatHeader - 2, kNotVersion5);
     const char version = little ? end[1] : end[0];
     if (version == 2) {
       file_.fail(kMatHeader - 4, "is a MAT-file of version 7.3; save it with -v7 (MATLAB: save -v7 FILE)");

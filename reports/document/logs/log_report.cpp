@@ -77,6 +77,8 @@ void add_tests(Document& document, const CheckedLogs& logs, const std::string& n
 /// Whether errors beside P are all that tells it.
 bool told_by_errors(Cause cause) {
   constexpr Cause kCauses[] = {Cause::covariance_scale,
+                               Cause::claimed_sigma,
+                               Cause::shared_noise,
                                Cause::cross_covariance,
                                Cause::wrong_dof,
                                Cause::wide_angle,
@@ -135,7 +137,8 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      bool explained, CheckedLogs& logs) {
   double effective_rows = 0.0;
-  for (const CalibrationRun& run : calibration.runs) effective_rows += run.effective_rows;
+  for (const CalibrationRun& run : calibration.runs)
+    effective_rows += static_cast<double>(run.whole.rows) / run.correlation_time;
   if (evidence.law.errors_stand() || evidence.law.stretches.stand(effective_rows))
     calibration.keep_whole_runs();
   logs.calibration = judge_calibration(calibration, context.confidence);

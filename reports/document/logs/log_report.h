@@ -54,9 +54,10 @@ struct CheckedLogs {
 };
 
 /// Judges what was collected of logs: their analysis, calibration and units. Where an error stays as it is
-/// over whole runs (LawSums::errors_stand) these are the units of `calibration`. The factor on the whole P is
-/// that of the verdict on NEES, where it has one. Where a remark names a mistake of the log, so that its
-/// errors are `explained`, what they alone tell is no likely cause.
+/// over whole runs (LawSums::errors_stand), or lasts for tenths of a few (StretchSums::stand), these are the
+/// units of `calibration`. The factor on the whole P is that of the verdict on NEES, where it has one. Where
+/// a remark names a mistake of the log, so that its errors are `explained`, what they alone tell is no likely
+/// cause.
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      bool explained, CheckedLogs& logs);
 

@@ -443,8 +443,8 @@ Evidence large_state(int runs, std::int64_t steps, double memory, double factor,
   return sums.take();
 }
 
-/// Of a right filter, every so many rows of which have a P that is none.
-Evidence with_rejected_rows(std::int64_t every) {
+/// Errors of this size over P, every so many rows of which have a P that is none.
+Evidence with_rejected_rows(std::int64_t every, double size = 1.0) {
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
   EvidenceRecorder recorder({.states = {"a", "b"}, .angles = {false, false}});
@@ -455,7 +455,7 @@ Evidence with_rejected_rows(std::int64_t every) {
     for (std::int64_t k = 1; k <= 50; ++k) {
       step.step = k;
       step.P = Matrix{{1.0, k % every == 0 ? 2.0 : 0.0}, {k % every == 0 ? 2.0 : 0.0, 1.0}};
-      step.error = Vector::NullaryExpr(2, [&] { return normal(random); });
+      step.error = Vector::NullaryExpr(2, [&] { return size * normal(random); });
       recorder.add(step);
     }
   }
@@ -464,6 +464,8 @@ Evidence with_rejected_rows(std::int64_t every) {
 
 TEST(Judgement, RowsThatAreRejectedLeaveTheWordOpen) {
   const Judgement many = judge(with_rejected_rows(2)), few = judge(with_rejected_rows(25));
+  EXPECT_EQ(judge(with_rejected_rows(2, 0.5)).word.verdict, Verdict::undecided) << "not pessimistic either";
+  EXPECT_EQ(judge(with_rejected_rows(2, 2.0)).word.verdict, Verdict::optimistic);
   EXPECT_EQ(few.word.verdict, Verdict::consistent) << "4 % are told beside it";
   EXPECT_EQ(many.word.verdict, Verdict::undecided);
   EXPECT_EQ(many.nees.reason,
