@@ -57,9 +57,9 @@ struct UnitBin {
   double normalised = 0.0, rows = 0.0;
 };
 
-/// Σ e²/σ² of each unit, with `factor` for each row that is missing to the most of any, over the sum of as
-/// many rows of this factor: its mean is 1 where that is the factor, even where σ follows the errors, so that
-/// they decide how many rows of a unit come here.
+/// Σ e²/σ² of each unit that came, with `factor` for each row that is missing to the most of any, over the
+/// sum of as many rows of this factor: its mean is 1 where that is the factor, even where σ follows the
+/// errors, so that they decide how many rows of a unit come here.
 SkewedMoments filled_up(const std::vector<UnitBin>& units, double factor) {
   double most = 0.0;
   for (const UnitBin& unit : units) most = std::max(most, unit.rows);
@@ -86,14 +86,12 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
   for (const auto& [place, sums] : all.bins) {
     const auto rows = static_cast<double>(sums.rows);
     std::vector<UnitBin> of_units;
-    std::int64_t came = 0;
     for (const CalibrationSum* unit : units) {
       const auto found = unit->bins.find(place);
-      const bool here = found != unit->bins.end();
-      came += here ? 1 : 0;
-      of_units.push_back(here ? UnitBin{found->second.normalised, static_cast<double>(found->second.rows)}
-                              : UnitBin{});
+      if (found != unit->bins.end())
+        of_units.push_back({found->second.normalised, static_cast<double>(found->second.rows)});
     }
+    const auto came = static_cast<std::int64_t>(of_units.size());
     const double factor = sums.normalised / rows;
     SigmaBin bin{.state = place.first,
                  .lower = std::pow(10.0, 0.25 * place.second),
@@ -101,12 +99,17 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
                  .claimed = std::sqrt(sums.variance / rows),
                  .rmse = std::sqrt(sums.squared / rows),
                  .rows = sums.rows,
-                 .factor = {.mean = factor, .lower = kNaN, .upper = kNaN, .count = came, .reason = kTooFew},
+                 .factor = {.mean = factor, .lower = kNaN, .upper = kNaN, .count = came},
                  .directed = {kNaN, kNaN},
                  .p_value = kNaN};
-    if (came >= kFewestRunsCompared) {
-      if (factor > 0.0) bin.factor = factor_of(of_units, factor, rows, confidence);
-      bin.factor.count = came;
+    if (came < kFewestRunsCompared) {
+      bin.factor.reason = kTooFew;
+    } else {
+      if (factor > 0.0) {
+        bin.factor = factor_of(of_units, factor, rows, confidence);
+      } else {
+        bin.factor.reason = "every error is zero";
+      }
       bin.directed = run_mean_p_values(filled_up(of_units, 1.0), 1.0);
       bin.p_value = bin.directed.two_sided();
     }

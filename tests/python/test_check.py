@@ -526,6 +526,7 @@ def causes_of(told):
 
 
 # One direction is too large by 1.5: each order of the states has its own Cholesky factor, and had its own word.
+# Units are powers of ten: ranges of σ are quarters of decades.
 @pytest.mark.parametrize("names", [("a", "b", "c", "d"), ("p.a", "v.b", "p.c", "v.d")])
 def test_neither_order_nor_units_of_the_states_change_what_is_said(tmp_path, names):
     random = np.random.default_rng(5)
@@ -553,7 +554,7 @@ def test_neither_order_nor_units_of_the_states_change_what_is_said(tmp_path, nam
     expected = sorted(value for key, value in numbers(right) if "/calibration" not in key)
     assert len(expected) > 20
     for order, unit in [([3, 1, 0, 2], [1, 1, 1, 1]), ([2, 3, 1, 0], [1, 1, 1, 1]), ([1, 0, 3, 2], [1, 1, 1, 1]),
-                        ([0, 1, 2, 3], [0.25, 1024, 1, 8]), ([2, 0, 3, 1], [1e3, 1, 1e3, 1])]:
+                        ([0, 1, 2, 3], [1e-3, 100, 1, 10]), ([2, 0, 3, 1], [1e3, 1, 1e3, 1])]:
         other = said(order, unit)
         assert other["verdict"] == right["verdict"]
         assert causes_of(other) == causes_of(right)

@@ -17,9 +17,8 @@ namespace {
 
 constexpr std::uint64_t kMatHeader = 128;
 constexpr const char* kNotVersion5 =
-    "is no MAT-file of version 5 (no mark of its byte order), as those of version 4 and of save -ascii: save "
-    "it "
-    "with -v7 (MATLAB: save -v7 FILE)";
+    "is no MAT-file of version 5 (no mark of its byte order), as those of version 4 and of save -ascii: "
+    "save it with -v7 (MATLAB: save -v7 FILE)";
 constexpr std::uint64_t kMostInMemory = std::uint64_t{2} << 30;
 
 /// Types of data that hold others.
@@ -127,7 +126,8 @@ class MatReader {
 
  private:
   std::endian read_header() {
-    if (file_.size() < kMatHeader) file_.fail(0, kNotVersion5);
+    constexpr std::uint64_t kVersion4Header = 20;
+    if (file_.size() >= kVersion4Header && file_.size() < kMatHeader) file_.fail(0, kNotVersion5);
     ByteCursor header = file_.cursor(0, kMatHeader, "the header of a MAT-file");
     header.skip(kMatHeader - 4);
     const std::string_view end = header.take_text(4);

@@ -19,8 +19,8 @@ struct RosPose {
   double time_s = 0.0;      ///< of its header; that of the log where the header has none
   std::string frame;        ///< header.frame_id
   std::string child_frame;  ///< of Odometry and transforms, else ""
-  SpatialPose
-      pose;  ///< NavSatFix: latitude (rad), longitude (rad) and altitude (m) in `position`, NaN without a fix
+  /// NavSatFix: latitude (rad), longitude (rad) and altitude (m) in `position`; NaN without a fix.
+  SpatialPose pose;
   /// As the message holds it: 6×6, or 3×3 in its upper left corner for NavSatFix.
   std::optional<PoseCovariance> covariance{};
 };

@@ -129,9 +129,9 @@ TEST(StudyPlan, TheEvidenceOfTheFirstRunsTakesItsTime) {
 TEST(StudyPlan, ExactLawAgreesWithItsRuns) {
   const Scenario scenario = short_monobot();
   const auto experiment = make_experiment(scenario);
-  constexpr std::int64_t kRuns = 400;
-  std::vector<std::vector<double>> nees(kRuns);
-  for (std::int64_t run = 0; run < kRuns; ++run) {
+  constexpr std::int64_t kPlayed = 400;
+  std::vector<std::vector<double>> nees(kPlayed);
+  for (std::int64_t run = 0; run < kPlayed; ++run) {
     bool start = true;
     experiment->visit(run, [&](const TraceStep& step) {
       if (!std::exchange(start, false)) nees[static_cast<std::size_t>(run)].push_back(step.nees);

@@ -108,6 +108,8 @@ TEST(MatFile, RefusesFilesOfOtherKinds) {
   EXPECT_THAT(error_of(folder.path() / "absent.mat", "x"), HasSubstr("no such file"));
   EXPECT_THAT(error_of(folder.path(), "x"), HasSubstr("is not a regular file"));
   EXPECT_THAT(error_of(folder.write("empty.mat", ""), "x"), HasSubstr("header of a MAT-file"));
+  EXPECT_THAT(error_of(folder.write("three_numbers.mat", std::string(20 + 2 + 3 * 8, '\0')), "x"),
+              HasSubstr("as those of version 4"));
   EXPECT_THAT(error_of(folder.write("text.mat", std::string(500, 'a')), "x"),
               HasSubstr("no mark of its byte order"));
 
