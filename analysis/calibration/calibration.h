@@ -29,7 +29,7 @@ struct SigmaBin {
   double lower = 0.0, upper = 0.0;   ///< of the claimed σ
   double claimed = 0.0, rmse = 0.0;  ///< root mean squares over the rows
   std::int64_t rows = 0;
-  MeanInterval factor;  ///< mean e²/σ² over units; reason: fewer than five of them came here
+  MeanInterval factor;  ///< mean e²/σ² of all rows; reason: fewer than five units came here
   DirectedPValues directed{kNaN, kNaN};  ///< that it is 1; NaN without a test
   double p_value = 0.0;                  ///< two-sided
   double adjusted = 0.0;                 ///< Holm over all bins
