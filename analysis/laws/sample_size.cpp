@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
+#include <boost/random/gamma_distribution.hpp>
+#include <boost/random/mersenne_twister.hpp>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -75,8 +76,8 @@ void simulate_studies(const VerdictDesign& design, std::int64_t runs, Take take)
   const auto [deviation, skewness] = run_spread(design);
   // Pearson's type III: a gamma law of this skewness, shifted and scaled to mean 1.
   const double shape = 4.0 / (skewness * skewness), scale = deviation / std::sqrt(shape);
-  std::mt19937_64 bits(1);
-  std::gamma_distribution<double> gamma(shape, scale);
+  boost::random::mt19937_64 bits(1);
+  boost::random::gamma_distribution<double> gamma(shape, scale);
   for (int study = 0; study < design.simulated_studies; ++study) {
     SkewedMoments moments;
     for (std::int64_t run = 0; run < runs; ++run)
