@@ -129,12 +129,12 @@ void RiccatiMap::allocate() {
   const Index n = A_.rows();
   for (Matrix* M : {&X_, &Z_, &product_, &next_Gamma_, &next_Theta_}) M->resize(n, n);
   if (C_.cols() <= n) return;
-  copy_Gamma(next_Gamma_);
+  copy_gamma(next_Gamma_);
   Gamma_.swap(next_Gamma_);
-  factor_Gamma();
+  factor_gamma();
 }
 
-void RiccatiMap::copy_Gamma(Matrix& to) {
+void RiccatiMap::copy_gamma(Matrix& to) {
   if (Gamma_.size() > 0) {
     to = Gamma_;
   } else {
@@ -144,7 +144,7 @@ void RiccatiMap::copy_Gamma(Matrix& to) {
 }
 
 /// C of Gamma_.
-void RiccatiMap::factor_Gamma() {
+void RiccatiMap::factor_gamma() {
   const Index n = A_.rows();
   dense_ = !cholesky_.compute(Gamma_, Vector::Zero(n));
   if (!dense_) C_ = cholesky_.L();
@@ -158,7 +158,7 @@ bool RiccatiMap::square() {
 }
 
 void RiccatiMap::densify() {
-  copy_Gamma(next_Gamma_);
+  copy_gamma(next_Gamma_);
   Gamma_.swap(next_Gamma_);
   dense_ = true;
 }
@@ -215,12 +215,12 @@ bool RiccatiMap::square_factored() {
     C_.rightCols(r) = W_.bottomRows(n);
     return true;
   }
-  copy_Gamma(next_Gamma_);
+  copy_gamma(next_Gamma_);
   multiply_.add_lower(next_Gamma_, Mt, ProductFactor::transposed(Mt));
   mirror_lower(next_Gamma_);
   if (!is_finite(next_Gamma_) || !accept(change)) return false;
   Gamma_.swap(next_Gamma_);
-  factor_Gamma();
+  factor_gamma();
   return true;
 }
 

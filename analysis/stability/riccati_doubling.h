@@ -68,8 +68,8 @@ class RiccatiMap {
  private:
   enum class Factored { Theta_alone, with_A };
   void allocate();
-  void copy_Gamma(Matrix& to);
-  void factor_Gamma();
+  void copy_gamma(Matrix& to);
+  void factor_gamma();
   ProductFactor C() const;
   void densify();
   bool factorise(Factored what);
