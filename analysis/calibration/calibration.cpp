@@ -52,46 +52,52 @@ double p_value_of(const SkewedMoments& moments, double dof) {
   return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0, dof).two_sided() : kNaN;
 }
 
-/// Rows of one unit in a range of σ.
-struct UnitBin {
-  double normalised = 0.0, rows = 0.0;
+/// The rows in a range of σ of the units that came there.
+class RangeOfUnits {
+ public:
+  void add(const CalibrationSum::Bin& bin) {
+    units_.push_back(&bin);
+    rows_ += static_cast<double>(bin.rows);
+    most_ = std::max(most_, static_cast<double>(bin.rows));
+  }
+  std::int64_t count() const { return std::ssize(units_); }
+
+  /// Σ e²/σ² of each unit, with `factor` for each row that is missing to the most of any, over the sum of as
+  /// many rows of this factor: its mean is 1 where that is the factor, even where σ follows the errors, so
+  /// that they decide how many rows of a unit come here.
+  SkewedMoments filled_up(double factor) const {
+    SkewedMoments moments;
+    for (const CalibrationSum::Bin* unit : units_)
+      moments.add((unit->normalised / factor + (most_ - static_cast<double>(unit->rows))) / most_);
+    return moments;
+  }
+
+  /// That of all rows, with the interval over the units.
+  MeanInterval interval(double factor, double confidence) const {
+    MeanInterval interval = run_mean_interval(filled_up(factor), confidence, 1.0);
+    const double per_row = most_ * static_cast<double>(count()) / rows_;
+    interval.mean = factor;
+    for (double* const end : {&interval.lower, &interval.upper})
+      *end = std::max(0.0, factor * (1.0 + per_row * (*end - 1.0)));
+    return interval;
+  }
+
+ private:
+  std::vector<const CalibrationSum::Bin*> units_;
+  double rows_ = 0.0, most_ = 0.0;
 };
-
-/// Σ e²/σ² of each unit that came, with `factor` for each row that is missing to the most of any, over the
-/// sum of as many rows of this factor: its mean is 1 where that is the factor, even where σ follows the
-/// errors, so that they decide how many rows of a unit come here.
-SkewedMoments filled_up(const std::vector<UnitBin>& units, double factor) {
-  double most = 0.0;
-  for (const UnitBin& unit : units) most = std::max(most, unit.rows);
-  SkewedMoments moments;
-  for (const UnitBin& unit : units) moments.add((unit.normalised / factor + (most - unit.rows)) / most);
-  return moments;
-}
-
-/// The factor of all rows, with the interval over the units; `rows`: of all.
-MeanInterval factor_of(const std::vector<UnitBin>& units, double factor, double rows, double confidence) {
-  double most = 0.0;
-  for (const UnitBin& unit : units) most = std::max(most, unit.rows);
-  MeanInterval interval = run_mean_interval(filled_up(units, factor), confidence, 1.0);
-  const double per_row = most * static_cast<double>(std::ssize(units)) / rows;
-  interval.mean = factor;
-  for (double* const end : {&interval.lower, &interval.upper})
-    *end = std::max(0.0, factor * (1.0 + per_row * (*end - 1.0)));
-  return interval;
-}
 
 std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& units, double confidence) {
   std::vector<SigmaBin> bins;
   std::vector<double> p_values;
   for (const auto& [place, sums] : all.bins) {
     const auto rows = static_cast<double>(sums.rows);
-    std::vector<UnitBin> of_units;
+    RangeOfUnits of_units;
     for (const CalibrationSum* unit : units) {
       const auto found = unit->bins.find(place);
-      if (found != unit->bins.end())
-        of_units.push_back({found->second.normalised, static_cast<double>(found->second.rows)});
+      if (found != unit->bins.end()) of_units.add(found->second);
     }
-    const auto came = static_cast<std::int64_t>(of_units.size());
+    const std::int64_t came = of_units.count();
     const double factor = sums.normalised / rows;
     SigmaBin bin{.state = place.first,
                  .lower = std::pow(10.0, 0.25 * place.second),
@@ -106,11 +112,11 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
       bin.factor.reason = kTooFew;
     } else {
       if (factor > 0.0) {
-        bin.factor = factor_of(of_units, factor, rows, confidence);
+        bin.factor = of_units.interval(factor, confidence);
       } else {
         bin.factor.reason = "every error is zero";
       }
-      bin.directed = run_mean_p_values(filled_up(of_units, 1.0), 1.0);
+      bin.directed = run_mean_p_values(of_units.filled_up(1.0), 1.0);
       bin.p_value = bin.directed.two_sided();
     }
     p_values.push_back(bin.p_value);

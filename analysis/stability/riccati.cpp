@@ -98,11 +98,10 @@ RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati&
                              const RiccatiOptions& options) {
   RiccatiSolution solution;
   Matrix closed_loop;
-  if (!solve_regular(scaled.problem, solution, closed_loop)) {
-    solution = solve_marginal_riccati(scaled.problem, scaled.P0);
-    closed_loop = riccati_residual(scaled.problem, solution.P).closed_loop;
-  }
+  const bool regular = solve_regular(scaled.problem, solution, closed_loop);
+  if (!regular) solution = solve_marginal_riccati(scaled.problem, scaled.P0);
   if (options.closed_loop_eigenvalues) {
+    if (!regular) closed_loop = riccati_residual(scaled.problem, solution.P).closed_loop;
     describe_closed_loop(closed_loop, solution);
   } else {
     solution.spectral_radius = kNaN;

@@ -38,10 +38,7 @@ void calibrate_shipped(std::span<const SyntheticFilter> filters, const char* of,
         const Evidence evidence =
             synthetic_evidence(filters, noise, i, SyntheticFilter::kRuns, SyntheticFilter::kSteps, &recorder);
         const auto at = static_cast<std::size_t>(i);
-        const Calibration calibration = judge_calibration(recorder, 1.0 - kSelftestPowerLevel);
-        JudgementContext context{.confidence = 1.0 - kSelftestPowerLevel};
-        context.claimed_sigma = calibration.claimed_sigma;
-        const Judgement judgement = judge(evidence, context);
+        const auto [calibration, judgement] = judge_rows(evidence, recorder, 1.0 - kSelftestPowerLevel);
         all[at] = shipped_tests(evidence, judgement, calibration);
         const auto values = static_cast<double>(judgement.nees.count);
         const double sum = judgement.nees.mean * values;

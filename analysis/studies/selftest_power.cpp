@@ -63,10 +63,7 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
         const Evidence evidence =
             synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns,
                                SyntheticFilter::kSteps, &recorder);
-        const Calibration calibration = judge_calibration(recorder, 1.0 - kSelftestPowerLevel);
-        JudgementContext context{.confidence = 1.0 - kSelftestPowerLevel};
-        context.claimed_sigma = calibration.claimed_sigma;
-        const Judgement judgement = judge(evidence, context);
+        const auto [calibration, judgement] = judge_rows(evidence, recorder, 1.0 - kSelftestPowerLevel);
         all[at] = shipped_tests(evidence, judgement, calibration);
         words[at] = judgement.word.verdict;
         if (!judgement.causes.empty()) causes[at] = judgement.causes.front().cause;

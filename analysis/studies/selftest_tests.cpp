@@ -26,6 +26,14 @@ double smallest_adjusted(const std::vector<SigmaBin>& bins) {
 
 }  // namespace
 
+JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, double confidence) {
+  JudgedRows judged{judge_calibration(rows, confidence), {}};
+  JudgementContext context{.confidence = confidence};
+  context.claimed_sigma = judged.calibration.claimed_sigma;
+  judged.judgement = judge(evidence, context);
+  return judged;
+}
+
 std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, const Calibration& c) {
   std::vector<TestResult> results;
   double smallest = 1.0;

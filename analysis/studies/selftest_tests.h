@@ -28,9 +28,16 @@ inline void read_value(ByteReader& r, TestResult& result) {
   r.get(result.p_value);
 }
 
+/// Evidence and the rows that it is of, judged as those of logs are.
+struct JudgedRows {
+  Calibration calibration;
+  Judgement judgement;
+};
+JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, double confidence);
+
 /// Every test that the product makes of this evidence, always in the same order for evidence of one kind:
-/// those of the judgement, of errors by claimed σ and of factors on runs left out, the e-values of the stop
-/// rules, all tests together by Holm, and the word.
+/// those of the judgement and of errors by claimed σ, the e-values of the stop rules, all tests together by
+/// Holm, and the word.
 std::vector<TestResult> shipped_tests(const Evidence& evidence, const Judgement& judgement,
                                       const Calibration& calibration);
 

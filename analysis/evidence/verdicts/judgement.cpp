@@ -303,14 +303,13 @@ Word word_of(const Evidence& e, const Judgement& j) {
     averages.push_back(averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs));
     parts.push_back({"the direction of " + second.worst, &averages.back(), kWordDirections, true});
   }
-  const ClaimedSigmaTest& sigma = j.claimed_sigma;
-  for (const ClaimedSigmaTest::Side* const side : {&sigma.optimistic, &sigma.pessimistic}) {
-    if (std::isnan(side->p_value)) continue;
-    DirectedPValues p{kNaN, kNaN};
-    (side == &sigma.optimistic ? p.optimistic : p.pessimistic) = side->p_value;
-    averages.push_back(averaged_verdict(p, 1, sigma.units));
-    parts.push_back({side->in, &averages.back(), 0.5 * kWordClaimedSigma, true});
-  }
+  const auto add_claimed = [&](const ClaimedSigmaTest::Side& side, const DirectedPValues& p_value) {
+    if (std::isnan(side.p_value)) return;
+    averages.push_back(averaged_verdict(p_value, 1, j.claimed_sigma.units));
+    parts.push_back({side.in, &averages.back(), 0.5 * kWordClaimedSigma, true});
+  };
+  add_claimed(j.claimed_sigma.optimistic, {j.claimed_sigma.optimistic.p_value, kNaN});
+  add_claimed(j.claimed_sigma.pessimistic, {kNaN, j.claimed_sigma.pessimistic.p_value});
   Word word = join_verdicts(parts, j.confidence);
   if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
     word.of_lost_runs = true;

@@ -125,8 +125,8 @@ void expect_alarms_of_its_studies(const SelftestResult& result) {
     CalibrationRecorder recorder;
     const Evidence evidence =
         synthetic_evidence(exact, noise, i, SyntheticFilter::kRuns, SyntheticFilter::kSteps, &recorder);
-    for (const TestResult& test :
-         shipped_tests(evidence, judge(evidence, {.confidence = 0.95}), judge_calibration(recorder, 0.95))) {
+    const auto [calibration, judgement] = judge_rows(evidence, recorder, 0.95);
+    for (const TestResult& test : shipped_tests(evidence, judgement, calibration)) {
       alarms[test.name] += test.p_value <= 0.05 ? 1 : 0;
       all += test.p_value <= 0.05 ? 1 : 0;
     }

@@ -82,8 +82,8 @@ TEST(ShippedTests, AreTheSameForEveryStudyOfOneKindAndLieInTheUnitInterval) {
   for (const std::int64_t block : {0, 50}) {
     CalibrationRecorder recorder;
     const Evidence e = synthetic_evidence(filter, NoiseSource(6, 1), block, 4 * kRuns, kSteps, &recorder);
-    const Judgement judgement = judge(e, {.confidence = 0.95});
-    studies.push_back(shipped_tests(e, judgement, judge_calibration(recorder, 0.95)));
+    const auto [calibration, judgement] = judge_rows(e, recorder, 0.95);
+    studies.push_back(shipped_tests(e, judgement, calibration));
     double smallest = 1.0;
     for (const NamedTest& test : judgement.tests) smallest = std::fmin(smallest, test.adjusted);
     EXPECT_EQ(studies.back()[studies.back().size() - 2].p_value, smallest) << "all together, Holm";

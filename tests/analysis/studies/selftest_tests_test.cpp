@@ -22,8 +22,9 @@ struct ShippedStudy {
     CalibrationRecorder recorder;
     const SyntheticFilter filter(setup_of(defect));
     evidence = synthetic_evidence(filter, NoiseSource(21, 9), 0, runs, SyntheticFilter::kSteps, &recorder);
-    judgement = judge(evidence, {.confidence = 0.95});
-    calibration = judge_calibration(recorder, 0.95);
+    JudgedRows judged = judge_rows(evidence, recorder, 0.95);
+    judgement = std::move(judged.judgement);
+    calibration = std::move(judged.calibration);
     tests = shipped_tests(evidence, judgement, calibration);
   }
   const TestResult& operator[](std::string_view name) const {
