@@ -262,7 +262,9 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
     findings.sensor_pairs.push_back({pair.first, pair.second, pair.correlation, opposed});
   }
   const GaussianityJudgement& g = j.law.gaussianity;
-  if (j.lost.runs.empty() && speaks(j, kHeavyTails) && g.right_but_heavy_tailed(1.0 - j.confidence)) {
+  const bool open = j.word.verdict == Verdict::undecided;  // as where innovations are not white
+  if (!open && j.lost.runs.empty() && speaks(j, kHeavyTails) &&
+      g.right_but_heavy_tailed(1.0 - j.confidence)) {
     findings.heavy_tail_p_value = g.tail_p_value;
   }
   return findings;

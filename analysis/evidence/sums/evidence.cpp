@@ -159,7 +159,6 @@ void Evidence::thin_steps(std::int64_t step, std::int64_t stride) {
     for (BlockSums& block : blocks) drop_every_second(block.nees);
     for (SensorSums& sensor : sensors) drop_every_second(sensor.nis);
     coverage.drop_every_second_step();
-    drop_every_second(law.nees_at);
     drop_every_second(law.nis_at);
     drop_every_second(clean_nees);
     drop_every_second(clean_nis);

@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 11;
+constexpr std::uint32_t kFormat = 12;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -245,9 +245,15 @@ class Pass {
             (stretches.runs == 0 || stretches.means.mean.size() == dim));
   }
 
+  void one(Held<TailSums>& tails) { (*this)(tails.weights, tails.heavier); }
+
+  void one(Held<StretchMoments>& stretches) {
+    for (auto& moments : stretches.of) one(moments);
+  }
+
   void one(Held<LawSums>& law) {
     (*this)(law.averaged, law.second_moments, law.error_means, law.correlated, law.whitened_means,
-            law.stretches, law.whitened, law.nees_tails, law.nis_tails, law.nis_of_runs, law.nees_at,
+            law.stretches, law.stretch_moments, law.whitened, law.nees_tails, law.nis_tails, law.nis_of_runs,
             law.nis_at);
   }
 

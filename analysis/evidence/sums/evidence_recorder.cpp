@@ -83,7 +83,7 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
   const bool few = sums_.study.runs + count <= StretchSums::kMostRuns;
   for (OpenRun& run : runs_) {
     run.open = true;
-    run.law.few = few;
+    run.law.few = run.law.averaged.by_group = few;
     run.first = sums_.study.runs++ == 0;
     run.squared_error.resize(layout_.blocks.size());
     run.claimed.resize(layout_.blocks.size());
@@ -254,7 +254,6 @@ void EvidenceRecorder::add_averaged(RunLaw& run, const Vector& error, const Vect
 void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
   const NormalisedSquare& whole = step.whole;
   const double dof = static_cast<double>(whole.dof);
-  if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
   const Index all = std::ssize(layout_.states);

@@ -71,6 +71,9 @@ void RunWhitened::add_square(const Vector& of, Index times) {
     const double by = static_cast<double>(times) * of[j];
     for (Index i = j; i < dim; ++i) outer(i, j) += by * of[i];
   }
+  if (!by_group) return;
+  squares.back().triangularView<Eigen::Lower>() += static_cast<double>(times) * of * of.transpose();
+  squared_of_group.back() += times;
 }
 
 void RunWhitened::add(const Vector& whitened, Index of_group) {
@@ -99,9 +102,23 @@ Vector& RunWhitened::group_at_hand(Index dim) {
   if (sums.size() == kMostGroups) {
     for (std::size_t i = 0; i < kMostGroups / 2; ++i) sums[i] = sums[2 * i] + sums[2 * i + 1];
     sums.resize(kMostGroups / 2);
+    if (by_group) join_squares();
     rows_of_group *= 2;
   }
+  if (by_group) {
+    squares.emplace_back(Matrix::Zero(dim, dim));
+    squared_of_group.push_back(0);
+  }
   return sums.emplace_back(Vector::Zero(dim));
+}
+
+void RunWhitened::join_squares() {
+  for (std::size_t i = 0; i < kMostGroups / 2; ++i) {
+    squares[i] = squares[2 * i] + squares[2 * i + 1];
+    squared_of_group[i] = squared_of_group[2 * i] + squared_of_group[2 * i + 1];
+  }
+  squares.resize(kMostGroups / 2);
+  squared_of_group.resize(kMostGroups / 2);
 }
 
 bool StretchSums::takes(Index dim) {
@@ -160,6 +177,35 @@ bool StretchSums::stay() const {
          kStandingErrors;
 }
 
+void StretchMoments::add(const RunWhitened& run) {
+  const auto full = static_cast<std::size_t>(run.steps / run.rows_of_group);
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    const auto stretches = static_cast<std::size_t>(kStretches[k]);
+    const std::size_t groups = std::min(full, run.squares.size()) / stretches;
+    for (std::size_t i = 0; i < stretches && groups > 0; ++i) {
+      Matrix sum = Matrix::Zero(run.outer.rows(), run.outer.cols());
+      Index rows = 0;
+      for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) {
+        sum += run.squares[g];
+        rows += run.squared_of_group[g];
+      }
+      if (rows > 0) of[k].add(sum / static_cast<double>(rows));
+    }
+  }
+}
+
+void StretchMoments::merge(const StretchMoments& later) {
+  for (std::size_t k = 0; k < of.size(); ++k) of[k].merge(later.of[k]);
+}
+
+SecondMoments StretchMoments::of_runs(std::int64_t runs) const {
+  const auto stretches = static_cast<Index>(stretches_of_each(static_cast<std::size_t>(runs)));
+  const auto at = std::ranges::find(kStretches, stretches);
+  if (at == kStretches.end()) return {};
+  const SecondMoments& found = of[static_cast<std::size_t>(at - kStretches.begin())];
+  return found.runs() == stretches * runs ? found : SecondMoments{};
+}
+
 bool LawSums::takes(const std::string& of, Index dim) {
   const Index here = second_moments.dim();
   if (here == dim && (dim == 0 || averaged == of)) return true;
@@ -169,6 +215,7 @@ bool LawSums::takes(const std::string& of, Index dim) {
   error_means = {};
   correlated = {};
   whitened_means = {};
+  stretch_moments = {};
   return true;
 }
 
@@ -184,6 +231,8 @@ void LawSums::merge(const LawSums& later) {
     error_means.merge(later.error_means);
     join(later.correlated, correlated);
     whitened_means.merge(later.whitened_means);
+    stretch_moments.merge(later.stretch_moments);
+    if (second_moments.runs() > StretchSums::kMostRuns) stretch_moments = {};
   }
   stretches.merge(later.stretches);
   for (const auto& [step, moments] : later.whitened) {
@@ -193,7 +242,6 @@ void LawSums::merge(const LawSums& later) {
   nees_tails.merge(later.nees_tails);
   nis_tails.merge(later.nis_tails);
   nis_of_runs.merge(later.nis_of_runs);
-  merge_series(nees_at, later.nees_at);
   merge_series(nis_at, later.nis_at);
 }
 
@@ -234,10 +282,12 @@ void RunLaw::add_to(LawSums& sums, const std::string& of) const {
     sums.error_means.add(normalised / static_cast<double>(errors));
     if (of.empty()) join(correlated, sums.correlated);
     sums.whitened_means.add(averaged.mean());
+    if (few) sums.stretch_moments.add(averaged);
+    if (sums.second_moments.runs() > StretchSums::kMostRuns) sums.stretch_moments = {};
   }
   sums.stretches.add(of.empty() && averaged.steps > large.steps ? averaged : large, samples);
-  if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
-  if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
+  sums.nees_tails.add(nees_tails);
+  sums.nis_tails.add(nis_tails);
   if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -25,7 +26,10 @@ struct RunWhitened {
   std::vector<Vector> sums{};  ///< Σ u of successive groups of rows, the last one not full
   Index rows_of_group = 1;     ///< a power of two
   Index steps = 0;
-  Index squared = 0;  ///< rows that `outer` stands for
+  Index squared = 0;              ///< rows that `outer` stands for
+  bool by_group = false;          ///< whether these are summed for each group as well:
+  std::vector<Matrix> squares{};  ///< Σ u uᵀ of rows that are taken, their lower triangles
+  std::vector<Index> squared_of_group{};
 
   /// Whether the next row is taken where so many of every group are, a power of two. Of more than 64 groups
   /// two become one.
@@ -45,6 +49,7 @@ struct RunWhitened {
   void add_square(const Vector& of, Index times);
   /// The sum of the group of rows that the next one belongs to; of a long run they are joined by twos.
   Vector& group_at_hand(Index dim);
+  void join_squares();
 };
 
 /// Averages over tenths of runs, of the errors of the whole state, whitened or, of a large one, over their σ:
@@ -76,6 +81,20 @@ struct StretchSums {
   bool oscillate(double effective_rows) const;
 };
 
+/// The average of u uᵀ over equal stretches of few runs, which are the units where the runs alone are too
+/// few.
+struct StretchMoments {
+  /// Of each run: as many as make twenty of all, from 19 runs to one.
+  static constexpr std::array<Index, 7> kStretches = {2, 3, 4, 5, 7, 10, 20};
+
+  std::array<SecondMoments, kStretches.size()> of{};
+
+  void add(const RunWhitened& run);
+  void merge(const StretchMoments& later);
+  /// Those of so many runs; of none where a run has no such stretches.
+  SecondMoments of_runs(std::int64_t runs) const;
+};
+
 /// The largest map whose errors are averaged whole: of a larger one not every step is whitened, and a study
 /// has the landmarks that nothing has seen, its logs not.
 inline constexpr Index kLargestAveragedMap = 12;
@@ -94,10 +113,11 @@ struct LawSums {
                                                      ///< they are, at some step; empty for a block
   VectorMoments whitened_means{};                    ///< of the whitened errors, averaged over each run
   StretchSums stretches{};                           ///< of the whole state
+  StretchMoments stretch_moments{};                  ///< of what second_moments is of; of few runs
   std::map<std::int64_t, VectorMoments> whitened{};  ///< of the whole state at steps 1, 2, 4, 8, …
-  SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
-  SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
-  std::vector<SkewedMoments> nees_at{}, nis_at{};    ///< NEES / dof and NIS / dof at each step over the runs
+  TailSums nees_tails{}, nis_tails{};
+  SkewedMoments nis_of_runs{};          ///< NIS / dof, averaged over each run
+  std::vector<SkewedMoments> nis_at{};  ///< NIS / dof at each step over the runs
 
   void merge(const LawSums& later);
   /// Whether the averages over a run of `dim` states of the block `of` ("": the state) are added up here.

@@ -24,12 +24,17 @@ namespace credence::internal {
 namespace {
 
 /// Of a few long runs; empty where only whole ones are compared.
-SkewedMoments stretches_of(const Evidence& e, const StudyStatistics& s) {
+StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s) {
   const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
   if (!all) return {};
-  const StretchAverages stretches = stretch_averages(e.whole_runs.nees);
+  StretchAverages stretches = stretch_averages(e.whole_runs.nees);
   const bool stand = stretches.averages.count > 0 && e.law.stretches.stand(stretches.effective_rows);
-  return stand ? SkewedMoments{} : stretches.averages;
+  return stand ? StretchAverages{} : stretches;
+}
+
+/// One run has a test of its own (judge_single_run).
+SkewedMoments averages_compared(const Evidence& e, const StretchAverages& stretches) {
+  return e.whole_runs.nees.size() > 1 ? stretches.averages : SkewedMoments{};
 }
 
 /// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.
@@ -97,7 +102,8 @@ void judge_blocks(const Evidence& e, const JudgementContext& context, Judgement&
   // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
   const bool all = context.all_runs == nullptr;
   j.responsible = responsible_block(
-      all ? j.nees : judge_study(e, e.study, stretches_of(e, e.study), j.confidence), j.blocks);
+      all ? j.nees : judge_study(e, e.study, averages_compared(e, stretches_of(e, e.study)), j.confidence),
+      j.blocks);
 }
 
 CoverageVerdict judge_region(const CoverageSums::Region& region, double confidence) {
@@ -378,11 +384,12 @@ void leave_rejected_open(const Evidence& e, Judgement& j) {
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
 /// gain that is not the best one, and then the P behind it may be anything.
 void leave_coloured_open(Judgement& j) {
-  if (j.word.verdict != Verdict::consistent) return;
+  if (j.word.verdict != Verdict::consistent && j.word.verdict != Verdict::not_gaussian) return;
   const auto coloured = std::ranges::find_if(
       j.sensors, [&](const SensorJudgement& s) { return speaks(j, of_sensor(kWhiteness, s)); });
   if (coloured == j.sensors.end()) return;
   j.word.verdict = Verdict::undecided;
+  j.word.says.clear();
   j.nees.reason = fmt::format(
       "the mean NIS is right, but the innovations{} are not white ({}): the gain is not the best one, "
       "so that P need not be right",
@@ -400,20 +407,21 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
   }
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
-  const SkewedMoments stretches = stretches_of(e, all);
-  judge_verdicts(e, all, stretches, j);
+  const StretchAverages stretches = stretches_of(e, all);
+  const SkewedMoments averages = averages_compared(e, stretches);
+  judge_verdicts(e, all, averages, j);
   judge_blocks(e, context, j);
   name_steps(e, context, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }
   judge_ends(e, j);
-  j.law = judge_law(
-      e, all, j.confidence, context.margin,
-      std::fmin(context.claimed_sigma.optimistic.p_value, context.claimed_sigma.pessimistic.p_value));
+  const ClaimedSigmaTest& claimed = context.claimed_sigma;
+  j.law = judge_law(e, all, j.confidence, context.margin,
+                    std::fmin(claimed.optimistic.p_value, claimed.pessimistic.p_value), stretches);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, context, j);
-  j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, stretches, j)
+  j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, averages, j)
                                                 : settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))

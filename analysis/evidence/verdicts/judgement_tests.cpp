@@ -70,7 +70,7 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
   }
   const GaussianityJudgement& g = law.gaussianity;
   tests.push_back(reasoned_test(kHeavyTails, Exactness::conservative,
-                                std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
+                                std::isnan(g.tail_p_value) ? "few runs, and short ones" : "", g.tail_p_value,
                                 tails_say(g)));
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;

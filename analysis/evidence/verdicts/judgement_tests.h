@@ -18,7 +18,7 @@ inline constexpr const char* kInnovationMean = "mean of the innovation";
 inline constexpr const char* kComponents = "components of the innovation";
 inline constexpr const char* kErrorMean = "mean of the errors";
 inline constexpr const char* kErrorCorrelation = "correlation of the whitened errors";
-inline constexpr const char* kHeavyTails = "tails of NEES and NIS, over runs";
+inline constexpr const char* kHeavyTails = "tails of NEES and NIS";
 
 /// The name of a test of two sensors.
 std::string pair_test(const SensorPairJudgement& pair);

@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/mean/equivalence.h"
 #include "analysis/laws/mean/hall_score.h"
 #include "analysis/laws/mean/run_mean.h"
+#include "analysis/laws/mean/step_profile.h"
+#include "analysis/laws/mean/student.h"
 #include "analysis/laws/shape/tail_weight.h"
 
 namespace credence::internal {
@@ -97,11 +101,123 @@ ErrorMeanJudgement judge_error_mean(const Evidence& e) {
   return result;
 }
 
+/// Of NEES, where it is the same in all rows; else NaN.
+double constant_dof(const StudyStatistics& s) {
+  double values = 0.0, dof = 0.0;
+  for (const Moments& step : s.series(Quantity::nees)) values += static_cast<double>(step.count);
+  for (const double of_step : s.dofs(Quantity::nees)) dof += of_step;
+  const auto least = static_cast<double>(s.nees_of_runs.least_dof);
+  return dof == least * values ? least : kNaN;
+}
+
+/// Of the NIS of each sensor, whatever the scale of S.
+double nis_tail_p_value(const std::vector<SensorSums>& sensors) {
+  SmallestPValue tails;
+  for (const SensorSums& sensor : sensors) {
+    if (sensor.by_dimension.size() != 1) continue;
+    const auto dof = static_cast<double>(sensor.by_dimension.begin()->first);
+    tails.add(heavy_tail_p_value(tails_of_pieces(series_of(sensor.nis, sensor.nis.size()).moments, dof)));
+  }
+  return tails.adjusted();
+}
+
+/// That NEES, or NIS, is too large at some place. Heavy tails may be missing at one by chance, and what is
+/// left is too small.
+double too_large_p_value(std::span<const SkewedMoments> places) {
+  SmallestPValue p_values;
+  for (const SkewedMoments& place : places) {
+    if (place.count >= kFewestRunsCompared) p_values.add(run_mean_p_values(place, 1.0).optimistic);
+  }
+  return p_values.adjusted();
+}
+
+/// NIS / dof at each step where there is one, its mean over the runs.
+std::vector<double> normalised_nis(const SensorSums& sensor) {
+  std::vector<double> means;
+  for (const StepSums& step : sensor.nis) {
+    if (step.dof > 0)
+      means.push_back(step.value.mean * static_cast<double>(step.value.count) /
+                      static_cast<double>(step.dof));
+  }
+  return means;
+}
+
+/// Tests that P is right on average which need no law.
+struct MomentTests {
+  SmallestPValue p_values{};
+  double relative_error = 0.0;  ///< the largest of mean NEES and mean NIS
+
+  /// Of NEES or NIS over their dof, averaged over units.
+  void add(const SkewedMoments& units) {
+    p_values.add(two_sided(units));
+    add_error(static_cast<double>(units.count), units.mean, units.variance());
+  }
+  /// Of independent values; few say little.
+  void add(const Moments& values, double expected) {
+    constexpr std::int64_t kFewestValues = 100;
+    if (values.count < kFewestValues) return;
+    const auto count = static_cast<double>(values.count);
+    const double t = (values.mean - expected) / std::sqrt(values.variance() / count);
+    p_values.add(student_two_sided_p_value(t, count - 1.0));
+    add_error(count, values.mean, values.variance());
+  }
+  void add(const DirectedPValues& p_value) {
+    p_values.add(std::min(p_value.optimistic, p_value.pessimistic));
+  }
+
+ private:
+  void add_error(double count, double mean, double variance) {
+    if (count > 0.0) relative_error = std::max(relative_error, std::sqrt(variance / count) / mean);
+  }
+};
+
+/// Of a study of many runs: the units are these, and the runs at each step.
+MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
+                            const SecondMomentJudgement& second) {
+  MomentTests tests;
+  tests.add(all.nees_of_runs.moments);
+  tests.add(e.law.nis_of_runs);
+  for (const BlockSums& block : e.blocks) tests.p_values.add(two_sided(block.runs.moments));
+  if (second.test.reason.empty()) tests.add(second.test.p_value);
+  tests.p_values.add(step_profile_p_value(e.whole_runs.nees));
+  SmallestPValue steps;
+  for (const SkewedMoments& step : e.law.nis_at) steps.add(two_sided(step));
+  tests.p_values.add(std::min(1.0, kMoreForSteps * steps.adjusted()));
+  return tests;
+}
+
+/// Of few runs: the units are their stretches, of errors, and each NIS. None where there is a truth and no
+/// stretch that is long enough.
+MomentTests moments_of_few(const Evidence& e, const StretchAverages& stretches, double confidence) {
+  MomentTests tests;
+  if (e.has_truth) {
+    const SecondMoments second = e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees));
+    if (stretches.averages.count == 0 || second.runs() == 0) return tests;
+    tests.add(stretches.averages);
+    tests.add(test_second_moments(second, confidence).p_value);
+    tests.p_values.add(step_profile_p_value(e.whole_runs.nees, stretches_of_each(e.whole_runs.nees.size())));
+    const auto by_place = averages_by_place(e.whole_runs.nees, stretches.correlation_time);
+    tests.p_values.add(two_sided(by_place.front()));
+    tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
+  }
+  for (const SensorSums& sensor : e.sensors) {
+    for (const auto& [dof, nis] : sensor.by_dimension) tests.add(nis.value, static_cast<double>(dof));
+    for (const Moments& component : sensor.components) tests.add(component, 1.0);
+    const std::vector<double> nis = normalised_nis(sensor);
+    const auto by_place = averages_by_place(std::span(&nis, 1), 1.0);
+    tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
+  }
+  return tests;
+}
+
 GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics& all,
-                                       const SecondMomentJudgement& second, double claimed_sigma) {
+                                       const SecondMomentJudgement& second, double claimed_sigma,
+                                       const StretchAverages& stretches, double confidence) {
   GaussianityJudgement g;
-  g.nees_tail_p_value = heavy_tail_p_value(e.law.nees_tails);
-  g.nis_tail_p_value = heavy_tail_p_value(e.law.nis_tails);
+  const bool few = e.study.runs < kFewestRuns;
+  g.nees_tail_p_value = few ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, constant_dof(all)))
+                            : heavy_tail_p_value(e.law.nees_tails);
+  g.nis_tail_p_value = few ? nis_tail_p_value(e.sensors) : heavy_tail_p_value(e.law.nis_tails);
   SmallestPValue far;
   for (const SensorSums& sensor : e.sensors) {
     if (sensor.far_tail.total > 0) far.add(far_tail_p_value(sensor.far_tail, SensorSums::kFarTail));
@@ -110,26 +226,10 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   SmallestPValue tails;
   for (const double p : {g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value}) tails.add(p);
   g.tail_p_value = tails.adjusted();
-  if (e.study.runs < kFewestRuns) return g;
-
-  for (const SkewedMoments& runs : {all.nees_of_runs.moments, e.law.nis_of_runs}) {
-    if (runs.count == 0) continue;
-    const double error = std::sqrt(runs.variance() / static_cast<double>(runs.count)) / runs.mean;
-    g.relative_error = std::max(g.relative_error, error);
-  }
-  SmallestPValue moments;
-  moments.add(two_sided(all.nees_of_runs.moments));
-  moments.add(two_sided(e.law.nis_of_runs));
-  for (const BlockSums& block : e.blocks) moments.add(two_sided(block.runs.moments));
-  if (second.test.reason.empty())
-    moments.add(std::min(second.test.p_value.optimistic, second.test.p_value.pessimistic));
-  moments.add(claimed_sigma);
-  for (const std::vector<SkewedMoments>* series : {&e.law.nees_at, &e.law.nis_at}) {
-    SmallestPValue steps;
-    for (const SkewedMoments& step : *series) steps.add(two_sided(step));
-    moments.add(std::min(1.0, kMoreForSteps * steps.adjusted()));
-  }
-  g.moments_p_value = moments.adjusted();
+  MomentTests tests = few ? moments_of_few(e, stretches, confidence) : moments_of_many(e, all, second);
+  g.relative_error = tests.relative_error;
+  if (!std::isnan(tests.p_values.adjusted())) tests.p_values.add(claimed_sigma);
+  g.moments_p_value = tests.p_values.adjusted();
   return g;
 }
 
@@ -178,12 +278,12 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 }  // namespace
 
 LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, double confidence, double margin,
-                       double claimed_sigma) {
+                       double claimed_sigma, const StretchAverages& stretches) {
   LawJudgement j;
   j.shape = judge_shape(e.law, confidence);
   j.second_moments = judge_second_moments(e, confidence);
   j.error_mean = judge_error_mean(e);
-  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma);
+  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma, stretches, confidence);
   j.equivalence = judge_equivalence(e, all_runs, confidence, margin);
   j.log_score = judge_score(e.scores.log, confidence);
   j.energy_score = judge_score(e.scores.energy, confidence);

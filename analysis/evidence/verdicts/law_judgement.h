@@ -7,6 +7,7 @@
 #include "analysis/evidence/sums/evidence.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/laws/correlation/block_correlation.h"
+#include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/mean/zero_mean.h"
 #include "analysis/laws/shape/covariance_shape.h"
@@ -51,9 +52,9 @@ struct GaussianityJudgement {
   double nis_tail_p_value = kNaN;
   double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
   double tail_p_value = kNaN;     ///< of all, Bonferroni
-  /// Of "the second moments are right": run means of NEES, NIS and the blocks, second moments, P by the σ
-  /// that it claims, and the mean of every step, none of which needs a law; Bonferroni. NaN: fewer than 20
-  /// runs.
+  /// Of "the second moments are right", by what needs no law: NEES and NIS on average, second moments and P
+  /// by the σ that it claims, of 20 runs and more also the blocks and the mean of every step; Bonferroni.
+  /// NaN: of fewer runs, where their stretches tell no more than they do.
   double moments_p_value = kNaN;
   /// The larger of the standard errors of mean NEES and mean NIS over the runs, each over the mean.
   double relative_error = 0.0;
@@ -101,8 +102,8 @@ struct LawJudgement {
 };
 
 /// all_runs: the sums of the whole study, of which the evidence may be of the first runs. claimed_sigma: the
-/// p-value of P by the σ that it claims; NaN: not tested.
+/// p-value of P by the σ that it claims; NaN: not tested. stretches: of few runs.
 LawJudgement judge_law(const Evidence& evidence, const StudyStatistics& all_runs, double confidence,
-                       double margin, double claimed_sigma = kNaN);
+                       double margin, double claimed_sigma = kNaN, const StretchAverages& stretches = {});
 
 }  // namespace credence::internal

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -227,11 +228,15 @@ double least_standing_share(Index directions, Index stretches, double effective_
   return std::max(kStandingErrors, (1.0 + 2.0 * sine * sine) / 3.0);
 }
 
-StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
+std::size_t stretches_of_each(std::size_t runs) {
   constexpr std::size_t kStretches = 20;
+  return runs == 0 || runs >= kStretches ? 0 : (kStretches + runs - 1) / runs;
+}
+
+StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
   constexpr double kShortestStretch = 10.0;  // in correlation times
-  if (runs.size() < 2 || runs.size() >= kStretches) return {};
-  const std::size_t of_a_run = (kStretches + runs.size() - 1) / runs.size();
+  const std::size_t of_a_run = stretches_of_each(runs.size());
+  if (of_a_run == 0) return {};
   const std::vector<std::span<const double>> series(runs.begin(), runs.end());
   Moments all;
   for (const auto& run : series) {
@@ -246,7 +251,7 @@ StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
   for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
   const EffectiveSample sample = effective_sample(looked_at, all.mean);
   const double correlation_time = shorter.front().rows_per_value * sample.correlation_time;
-  StretchAverages result{.effective_rows = sample.size};
+  StretchAverages result{.effective_rows = sample.size, .correlation_time = correlation_time};
   for (const auto& run : series) {
     const std::size_t length = run.size() / of_a_run;
     if (!(static_cast<double>(length) >= kShortestStretch * correlation_time)) return {};
@@ -257,6 +262,23 @@ StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
     }
   }
   return result;
+}
+
+std::vector<SkewedMoments> averages_by_place(std::span<const std::vector<double>> runs,
+                                             double correlation_time) {
+  constexpr std::size_t kTenths = 10;
+  const auto group = static_cast<std::size_t>(std::max(1.0, std::ceil(4.0 * (correlation_time - 1.0))));
+  std::vector<SkewedMoments> places(1 + kTenths);
+  for (const std::vector<double>& run : runs) {
+    for (std::size_t row = 0; row + group <= run.size(); row += group) {
+      const double average = average_of(std::span(run).subspan(row, group));
+      const std::size_t from_start = 1 + kTenths + static_cast<std::size_t>(std::bit_width(row + 1)) - 1;
+      if (places.size() <= from_start) places.resize(from_start + 1);
+      for (const std::size_t place : {std::size_t{0}, 1 + row * kTenths / run.size(), from_start})
+        places[place].add(average);
+    }
+  }
+  return places;
 }
 
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {

@@ -103,17 +103,27 @@ inline constexpr double kStandingErrors = 0.4;
 /// (φ 0.5 and 0.8, 500 and 2000 rows, 12 to 40 directions), 0.08 above it where 40 directions meet 140 rows.
 double least_standing_share(Index directions, Index stretches, double effective_rows);
 
+/// Into how many equal stretches each of so many runs is cut for at least twenty in all; 0 of none, or of
+/// twenty and more, which are enough.
+std::size_t stretches_of_each(std::size_t runs);
+
 /// The averages of equal stretches of a few long runs.
 struct StretchAverages {
   SkewedMoments averages{};
-  double effective_rows = 0.0;  ///< that the runs are worth together
+  double effective_rows = 0.0;    ///< that the runs are worth together
+  double correlation_time = 1.0;  ///< in rows
 };
 
-/// Each of ε_k / n_k: at least twenty in all, so that their mean is compared by the scores of run_mean.h
-/// where the runs alone are too few. Their number follows from that of the runs alone. No values where a
-/// stretch is shorter than 10 τ, or with one run or twenty and more. Approximate, as test_single_run:
-/// neighbours are nearly independent.
+/// Each of ε_k / n_k: at least twenty in all (stretches_of_each), so that their mean is compared by the
+/// scores of run_mean.h where the runs alone are too few. No values where a stretch is shorter than 10 τ.
+/// Approximate, as test_single_run: neighbours are nearly independent.
 StretchAverages stretch_averages(std::span<const std::vector<double>> normalised_nees);
+
+/// Averages of groups of 4 (τ − 1) rows, neighbours of which are nearly independent: the first of all groups,
+/// then of those of each place, of all runs alike: rows 1, 2 to 3, 4 to 7, … of a run, and its tenths. What
+/// is wrong at one place alone is no matter of tails.
+std::vector<SkewedMoments> averages_by_place(std::span<const std::vector<double>> normalised_nees,
+                                             double correlation_time);
 
 /// Test of the average of ONE run from ε_k / n_k, expected to be 1, over ten equal stretches, whose averages
 /// are nearly independent (batch means). Undecided, with a reason, where a stretch is shorter than 10 τ.

@@ -122,6 +122,26 @@ TEST(RunWhitened, OfALongRunTakesRowsEvenly) {
   }
 }
 
+// Row k of a run is √(k + 1) e, so that a stretch has the mean of its k + 1; the last group is not full.
+TEST(StretchMoments, AreOfTheSquaresOfEqualStretches) {
+  RunWhitened run{.by_group = true};
+  for (Index k = 0; k < 1290; ++k) run.add(std::sqrt(static_cast<double>(k + 1)) * Vector{{1.0, -1.0}}, 64);
+  ASSERT_EQ(run.rows_of_group, 32);  // 40 groups and a part
+  StretchMoments stretches;
+  stretches.add(run);
+  const SecondMoments twentieths = stretches.of_runs(1);
+  ASSERT_EQ(twentieths.runs(), 20);
+  EXPECT_NEAR(mean_of(twentieths)(0, 0), 640.5, 1e-9);
+  EXPECT_NEAR(mean_of(twentieths)(1, 0), -640.5, 1e-9);
+  // Means 32.5, 96.5, …: variance 64² · 35 of twenty.
+  EXPECT_NEAR(twentieths.along().front().variance(), 64.0 * 64.0 * 35.0, 1e-6);
+  EXPECT_EQ(stretches.of_runs(2).runs(), 0) << "a run is missing";
+  stretches.merge(StretchMoments(stretches));
+  EXPECT_EQ(stretches.of_runs(2).runs(), 20);  // ten of each
+  EXPECT_EQ(stretches.of_runs(20).runs(), 0);
+  EXPECT_EQ(StretchMoments{}.of_runs(0).runs(), 0);
+}
+
 // Of 300 rows of a few states all are whitened; of more states the first 64, every second to 128, every
 // fourth to 256, every eighth from there on.
 TEST(RunLaw, WhitensSomeRowsOfALongRun) {
@@ -254,7 +274,7 @@ TEST(LawSums, OfWhitenedErrorsTakeThoseWithMostStates) {
 TEST(LawSums, AddUpTheTailsAndTheNisOfRuns) {
   LawSums sums;
   RunLaw().add_to(sums, "");
-  EXPECT_EQ(sums.nees_tails.count + sums.nis_tails.count + sums.nis_of_runs.count, 0);
+  EXPECT_EQ(sums.nees_tails.weights.count + sums.nis_tails.weights.count + sums.nis_of_runs.count, 0);
   EXPECT_EQ(sums.second_moments.runs(), 0);
 
   RunLaw run;
@@ -263,22 +283,19 @@ TEST(LawSums, AddUpTheTailsAndTheNisOfRuns) {
   run.nis = 9.0;
   run.nis_dof = 6.0;
   run.add_to(sums, "");
-  EXPECT_NEAR(sums.nees_tails.mean, 36.0 / 8.0 - 2.0 * 3.0 + 2.0, 1e-14);
-  EXPECT_NEAR(sums.nis_tails.mean, 9.0 / 3.0 - 2.0 * 3.0 + 2.0, 1e-14);
+  EXPECT_NEAR(sums.nees_tails.weights.mean, 36.0 / 8.0 - 2.0 * 3.0 + 2.0, 1e-14);
+  EXPECT_NEAR(sums.nis_tails.weights.mean, 9.0 / 3.0 - 2.0 * 3.0 + 2.0, 1e-14);
   EXPECT_EQ(sums.nis_of_runs.mean, 1.5);
 
   LawSums later = sums;
-  later.nees_at.resize(3);
-  later.nees_at[2].add(5.0);
-  later.nis_at.resize(1);
-  later.nis_at[0].add(7.0);
+  later.nis_at.resize(3);
+  later.nis_at[2].add(7.0);
   sums.merge(later);
-  EXPECT_EQ(sums.nees_tails.count, 2);
-  EXPECT_EQ(sums.nis_tails.count, 2);
+  EXPECT_EQ(sums.nees_tails.heavier, (CoverageCount{.inside = 0, .total = 2}));  // 36/8 of 9
+  EXPECT_EQ(sums.nis_tails.weights.count, 2);
   EXPECT_EQ(sums.nis_of_runs.count, 2);
-  ASSERT_EQ(sums.nees_at.size(), 3U);
-  EXPECT_EQ(sums.nees_at[2].mean, 5.0);
-  EXPECT_EQ(sums.nis_at[0].mean, 7.0);
+  ASSERT_EQ(sums.nis_at.size(), 3U);
+  EXPECT_EQ(sums.nis_at[2].mean, 7.0);
 }
 
 TEST(ShapeSteps, ArePowersOfTwo) {

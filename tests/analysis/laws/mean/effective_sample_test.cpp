@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <span>
 #include <stdexcept>
@@ -245,6 +246,26 @@ std::vector<std::vector<double>> squared_normals(std::size_t runs, std::size_t s
   return all;
 }
 
+// Row k of each of two runs is k; τ = 1 takes each alone, τ = 1.5 pairs, of which the last of five is one.
+TEST(AveragesByPlace, AreOfTheWholeOfTenthsAndFromTheStart) {
+  std::vector<double> rows(50);
+  std::iota(rows.begin(), rows.end(), 0.0);
+  const std::vector<std::vector<double>> runs(2, rows);
+  const std::vector<SkewedMoments> each = averages_by_place(runs, 1.0);
+  ASSERT_EQ(each.size(), 1U + 10U + 6U);
+  EXPECT_EQ(each[0].count, 100);
+  EXPECT_NEAR(each[0].mean, 24.5, 1e-12);
+  EXPECT_EQ(each[10].count, 10);
+  EXPECT_NEAR(each[10].mean, 47.0, 1e-12);  // 45 to 49
+  EXPECT_EQ(each[11].mean, 0.0);            // row 1
+  EXPECT_NEAR(each[13].mean, 4.5, 1e-12);   // rows 4 to 7
+  EXPECT_EQ(each[16].count, 2 * 19);        // rows 32 to 50
+  const std::vector<SkewedMoments> pairs = averages_by_place(runs, 1.5);
+  EXPECT_EQ(pairs[0].count, 50);
+  EXPECT_NEAR(pairs[0].mean, 24.5, 1e-12);
+  EXPECT_EQ(averages_by_place({}, 1.0)[0].count, 0);
+}
+
 TEST(StretchAverages, AreOfAtLeastTwentyStretches) {
   std::mt19937_64 random(3);
   for (const std::size_t runs : {2U, 5U, 7U, 19U}) {
@@ -256,7 +277,7 @@ TEST(StretchAverages, AreOfAtLeastTwentyStretches) {
     EXPECT_EQ(averages.count, static_cast<std::int64_t>((20 + runs - 1) / runs * runs));
     EXPECT_NEAR(averages.mean, 1.0, 5.0 * std::sqrt(2.0 / rows));
   }
-  EXPECT_EQ(stretch_averages(squared_normals(1, 400, random)).averages.count, 0);
+  EXPECT_EQ(stretch_averages(squared_normals(1, 400, random)).averages.count, 20);
   EXPECT_EQ(stretch_averages(squared_normals(20, 400, random)).averages.count, 0);
 }
 
