@@ -75,14 +75,19 @@ std::vector<std::string> averaged_states(const Evidence& e) {
   return names;
 }
 
-SecondMomentJudgement judge_second_moments(const Evidence& e, double confidence) {
+SecondMomentJudgement judge_second_moments(const Evidence& e, const StretchAverages& stretches,
+                                           double confidence) {
   SecondMomentJudgement result;
   result.of = e.law.averaged;
-  result.test = test_second_moments(e.law.second_moments, confidence);
+  const SecondMoments of_stretches = stretches.averages.count > 0
+                                         ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
+                                         : SecondMoments{};
+  const SecondMoments& moments = of_stretches.runs() > 0 ? of_stretches : e.law.second_moments;
+  result.test = test_second_moments(moments, confidence);
   if (!result.test.reason.empty()) return result;
-  const Index dim = e.law.second_moments.dim();
+  const Index dim = moments.dim();
   if (dim == 1) result.test.reason = "one state: the same as the mean of NEES";
-  if (result.test.runs < kFewestRuns) result.test.reason = "fewer than 20 runs";
+  if (result.test.runs < kFewestRuns) result.test.reason = "fewer than 20 runs, and short ones";
   const std::vector<std::string> names = averaged_states(e);
   const SecondMomentDirection& d = result.test.worst_direction;
   if (d.p >= std::ssize(names) || d.q >= std::ssize(names)) return result;
@@ -188,13 +193,13 @@ MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
 
 /// Of few runs: the units are their stretches, of errors, and each NIS. None where there is a truth and no
 /// stretch that is long enough.
-MomentTests moments_of_few(const Evidence& e, const StretchAverages& stretches, double confidence) {
+MomentTests moments_of_few(const Evidence& e, const SecondMomentJudgement& second,
+                           const StretchAverages& stretches) {
   MomentTests tests;
   if (e.has_truth) {
-    const SecondMoments second = e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees));
-    if (stretches.averages.count == 0 || second.runs() == 0) return tests;
+    if (stretches.averages.count == 0 || second.test.runs < kFewestRuns) return tests;
     tests.add(stretches.averages);
-    tests.add(test_second_moments(second, confidence).p_value);
+    tests.add(second.test.p_value);
     tests.p_values.add(step_profile_p_value(e.whole_runs.nees, stretches_of_each(e.whole_runs.nees.size())));
     const auto by_place = averages_by_place(e.whole_runs.nees, stretches.correlation_time);
     tests.p_values.add(two_sided(by_place.front()));
@@ -212,7 +217,7 @@ MomentTests moments_of_few(const Evidence& e, const StretchAverages& stretches, 
 
 GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics& all,
                                        const SecondMomentJudgement& second, double claimed_sigma,
-                                       const StretchAverages& stretches, double confidence) {
+                                       const StretchAverages& stretches) {
   GaussianityJudgement g;
   const bool few = e.study.runs < kFewestRuns;
   g.nees_tail_p_value = few ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, constant_dof(all)))
@@ -226,7 +231,7 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   SmallestPValue tails;
   for (const double p : {g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value}) tails.add(p);
   g.tail_p_value = tails.adjusted();
-  MomentTests tests = few ? moments_of_few(e, stretches, confidence) : moments_of_many(e, all, second);
+  MomentTests tests = few ? moments_of_few(e, second, stretches) : moments_of_many(e, all, second);
   g.relative_error = tests.relative_error;
   if (!std::isnan(tests.p_values.adjusted())) tests.p_values.add(claimed_sigma);
   g.moments_p_value = tests.p_values.adjusted();
@@ -281,9 +286,9 @@ LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, doubl
                        double claimed_sigma, const StretchAverages& stretches) {
   LawJudgement j;
   j.shape = judge_shape(e.law, confidence);
-  j.second_moments = judge_second_moments(e, confidence);
+  j.second_moments = judge_second_moments(e, stretches, confidence);
   j.error_mean = judge_error_mean(e);
-  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma, stretches, confidence);
+  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma, stretches);
   j.equivalence = judge_equivalence(e, all_runs, confidence, margin);
   j.log_score = judge_score(e.scores.log, confidence);
   j.energy_score = judge_score(e.scores.energy, confidence);
