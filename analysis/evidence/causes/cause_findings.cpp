@@ -178,17 +178,19 @@ std::vector<Index> claimed_groups(const LawSums& law) {
 }
 
 /// Whether errors that P claims to be uncorrelated are, over all steps of the runs: of A_pq, the average of
-/// u_p u_q over a run, which is half the difference of those along (e_p ± e_q)/√2. These two do not vary
-/// against each other where u_p and u_q are independent, so that their variances add up to one that is no
-/// less; Student's t, Bonferroni over the pairs. None where P claims no such thing; a reason for a state too
-/// large for A, or too few runs.
-std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e) {
+/// u_p u_q over a run, or a stretch of few, which is half the difference of those along (e_p ± e_q)/√2. These
+/// two do not vary against each other where u_p and u_q are independent, so that their variances add up to
+/// one that is no less; Student's t, Bonferroni over the pairs. None where P claims no such thing; a reason
+/// for a state too large for A, or too few runs.
+std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e, const Judgement& j) {
   constexpr std::int64_t kFewestRuns = 10;
-  const SecondMoments& second = e.law.second_moments;
+  const SecondMoments second = j.law.second_moments.of_stretches
+                                   ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
+                                   : e.law.second_moments;
   if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
   ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
   if (std::ssize(e.layout.states) > largest_averaged(e.layout)) result.reason = "too many states";
-  if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs";
+  if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs, and short ones";
   if (!result.reason.empty()) {
     result.p_value = kNaN;
     return result;
@@ -248,7 +250,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.block = j.responsible;
   findings.claimed_sigma = j.claimed_sigma;
   findings.lost = j.lost;
-  findings.error_correlation = test_claimed_uncorrelated(e);
+  findings.error_correlation = test_claimed_uncorrelated(e, j);
   findings.nees_values = e.whole_runs.nees_values;
   findings.nees_before_innovations = nees_before_innovations(e);
   add_growth(e, findings);

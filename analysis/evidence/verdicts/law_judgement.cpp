@@ -83,6 +83,7 @@ SecondMomentJudgement judge_second_moments(const Evidence& e, const StretchAvera
                                          ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
                                          : SecondMoments{};
   const SecondMoments& moments = of_stretches.runs() > 0 ? of_stretches : e.law.second_moments;
+  result.of_stretches = of_stretches.runs() > 0;
   result.test = test_second_moments(moments, confidence);
   if (!result.test.reason.empty()) return result;
   const Index dim = moments.dim();

@@ -34,9 +34,10 @@ struct ShapeJudgement {
 
 /// E[e eᵀ] against P on average over the runs, whatever the law of e.
 struct SecondMomentJudgement {
-  std::string of;         ///< the block, "" for the state
-  SecondMomentTest test;  ///< of one component: the same as the mean of NEES, and not made
-  std::string worst;      ///< the direction of the smallest p-value in words
+  std::string of;             ///< the block, "" for the state
+  SecondMomentTest test;      ///< of one component: the same as the mean of NEES, and not made
+  bool of_stretches = false;  ///< of few runs, whose stretches are its `runs`
+  std::string worst;          ///< the direction of the smallest p-value in words
 };
 
 /// Whether the errors have a mean, as they have with a bias of the sensor or of the model, which the

@@ -117,6 +117,42 @@ TEST(LawJudgement, SeesACorrelationThatPDoesNotHave) {
   EXPECT_EQ(j.law.second_moments.worst, "b with a");
 }
 
+// The stretches of few runs are the units of the second moments.
+TEST(LawJudgement, SeesEveryDirectionOfPInFewRuns) {
+  const Matrix I = Matrix::Identity(2, 2);
+  Matrix L(2, 2);
+  L << 1.0, 0.0, 0.6, 0.8;
+  const Matrix opposed = Vector{{std::sqrt(1.6), std::sqrt(0.4)}}.asDiagonal();
+  for (const auto& [runs, steps] : {std::pair{1, 2000}, {3, 500}, {10, 100}}) {
+    const Judgement correlated = judge(errors_of(L, I, runs, steps, gaussian(3)));
+    EXPECT_EQ(correlated.nees.verdict, Verdict::consistent) << runs << " runs";
+    EXPECT_EQ(correlated.word.verdict, Verdict::mixed) << correlated.word.says;
+    EXPECT_EQ(correlated.law.second_moments.worst, "b with a");
+    EXPECT_TRUE(correlated.law.second_moments.of_stretches);
+    ASSERT_FALSE(correlated.causes.empty());
+    EXPECT_EQ(correlated.causes.front().cause, Cause::cross_covariance);
+    const Judgement by_state = judge(errors_of(opposed, I, runs, steps, gaussian(2)));
+    EXPECT_EQ(by_state.word.verdict, Verdict::mixed) << by_state.word.says;
+  }
+  const Judgement short_run = judge(errors_of(L, I, 1, 60, gaussian(3)));
+  EXPECT_FALSE(short_run.law.second_moments.of_stretches);
+  EXPECT_EQ(short_run.law.second_moments.test.reason, "fewer than 20 runs, and short ones");
+}
+
+TEST(LawJudgement, OfFewRunsSecondMomentsHaveTheirLevel) {
+  constexpr int kStudies = 800;
+  const Matrix I = Matrix::Identity(2, 2);
+  const std::function<double()> draw = gaussian(12);
+  int rejected = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    const auto [runs, steps] = study % 2 == 0 ? std::pair{1, 300} : std::pair{4, 100};
+    const SecondMomentJudgement second = judge(errors_of(I, I, runs, steps, draw)).law.second_moments;
+    rejected += std::min(second.test.p_value.optimistic, second.test.p_value.pessimistic) <= 0.05;
+  }
+  EXPECT_LE(rejected / 800.0, 0.05 + 5.0 * std::sqrt(0.05 * 0.95 / kStudies));
+  EXPECT_GE(rejected, 2);
+}
+
 TEST(LawJudgement, HeavyTailsOfTheRightCovarianceAreNoFaultOfP) {
   const Judgement j = judge(errors_of(Matrix::Identity(2, 2), Matrix::Identity(2, 2), 200, 20, heavy(4)));
   EXPECT_TRUE(is_inconsistent(j.nees.verdict));
