@@ -13,6 +13,7 @@
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
+#include "app/shell_word.h"
 #include "app/tell.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/estimators/estimator_map_report.h"
@@ -53,6 +54,9 @@ int estimators(EstimatorsCommand& command) {
   command.study.ranks = launched_ranks();
   command.study.progress = [&](const StudyProgress& progress) { display.show(progress); };
   if (!plan.axes.empty()) return map_of_sweep(command, plan);
+  command.study.run_command = "credence run " + shell_word(command.scenario);
+  for (const std::string& setting : command.overrides())
+    command.study.run_command += " --set " + shell_word(setting);
   const EstimatorStudy study = naming_file(
       command.scenario, [&] { return study_estimators(plan.points.front().scenario, command.study); });
   if (!study.complete) {

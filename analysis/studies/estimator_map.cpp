@@ -1,16 +1,22 @@
 #include "analysis/studies/estimator_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
 namespace credence::internal {
 
+Verdict EstimatorMap::verdict(std::size_t point, std::size_t e) const {
+  const DirectedPValues& p = studies[point].rows[e].beyond_tolerance;
+  if (std::isnan(p.optimistic)) return Verdict::undecided;
+  const double level = 1.0 - studies[point].scenario.study.confidence;
+  return direction_of(p.optimistic <= level, p.pessimistic <= level);
+}
+
 bool EstimatorMap::stays_consistent(std::size_t point, std::size_t e) const {
-  const EstimatorRow& row = studies[point].rows[e];
-  const MeanInterval& nees = row.nees[static_cast<std::size_t>(EstimatorBlock::pose)];
-  return row.failures.empty() && nees.lower <= kToleratedOptimism;
+  return studies[point].rows[e].failures.empty() && verdict(point, e) == Verdict::consistent;
 }
 
 std::optional<std::size_t> EstimatorMap::cheapest(std::size_t point) const {

@@ -12,10 +12,6 @@
 
 namespace credence::internal {
 
-/// An estimator stays consistent at a point where no run failed and the interval of its pose NEES reaches
-/// down to this: so much more squared error than P claims is not held against it.
-inline constexpr double kToleratedOptimism = 1.1;
-
 /// A cost within this factor of the least is the same: clocks do not tell more.
 inline constexpr double kSameCost = 1.25;
 
@@ -28,7 +24,10 @@ struct EstimatorMap {
   std::vector<LeftOutEstimator> left_out{};  ///< refused at some point, and therefore at none
   bool complete = true;                      ///< false: interrupted; the rest means nothing
 
-  /// Whether estimator `e` stays consistent at a point.
+  /// Optimistic or pessimistic where its pose NEES is seen beyond kToleratedFactor or its inverse; undecided
+  /// where no run ended well.
+  Verdict verdict(std::size_t point, std::size_t e) const;
+  /// Whether no run of estimator `e` failed at a point, and its verdict is consistent.
   bool stays_consistent(std::size_t point, std::size_t e) const;
   /// The cheapest that does, none if none; "ideal", which could not be built, is none of them. Of those whose
   /// costs are the same but for the clock (kSameCost) the first.

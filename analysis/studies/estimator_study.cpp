@@ -7,6 +7,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stdexcept>
 
 #include "analysis/evidence/verdicts/accuracy.h"
@@ -258,6 +259,9 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
     row.p_values[b] = run_mean_p_values(nees[b], 1.0);
     row.bands[b] = band_of(sorted[b]);
   }
+  const SkewedMoments& pose = nees[at(EstimatorBlock::pose)];
+  row.beyond_tolerance = {.optimistic = run_mean_p_values(pose, kToleratedFactor).optimistic,
+                          .pessimistic = run_mean_p_values(pose, 1.0 / kToleratedFactor).pessimistic};
   const MeanInterval heading_squared = mean_square_interval(heading, confidence);
   const MeanInterval position_squared = mean_square_interval(position, confidence);
   row.heading_rmse_rad = root_of(heading_squared);
@@ -280,21 +284,28 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
 }
 
-/// Holm over both directions of all rows, of the pose and the map.
-void adjust_p_values(std::vector<EstimatorRow>& rows) {
+/// Holm over both directions of all of them.
+void adjust(std::span<DirectedPValues* const> of_all) {
   std::vector<double*> places;
   std::vector<double> p_values;
-  for (EstimatorRow& row : rows) {
-    for (const EstimatorBlock block : kJudgedBlocks) {
-      DirectedPValues& p = row.p_values[at(block)];
-      for (double* place : {&p.optimistic, &p.pessimistic}) {
-        places.push_back(place);
-        p_values.push_back(*place);
-      }
+  for (DirectedPValues* p : of_all) {
+    for (double* place : {&p->optimistic, &p->pessimistic}) {
+      places.push_back(place);
+      p_values.push_back(*place);
     }
   }
   const std::vector<double> adjusted = holm(p_values);
   for (std::size_t i = 0; i < places.size(); ++i) *places[i] = adjusted[i];
+}
+
+void adjust_p_values(std::vector<EstimatorRow>& rows) {
+  std::vector<DirectedPValues*> judged, beyond_tolerance;
+  for (EstimatorRow& row : rows) {
+    for (const EstimatorBlock block : kJudgedBlocks) judged.push_back(&row.p_values[at(block)]);
+    beyond_tolerance.push_back(&row.beyond_tolerance);
+  }
+  adjust(judged);
+  adjust(beyond_tolerance);
 }
 
 PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t b,
@@ -379,6 +390,7 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
   EstimatorStudy study;
   study.scenario = scenario;
   study.left_out = std::move(chosen.left_out);
+  study.run_command = options.run_command;
   study.runs = runs;
   std::mutex mutex;
   StudyProgress progress{.runs_total = runs};

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -73,6 +75,8 @@ TEST_F(EstimatorsCommand, MapsASweep) {
   EXPECT_EQ(j["estimators"][1]["estimator"], "invariant");
   EXPECT_TRUE(j["points"][0]["values"].contains("world.landmarks"));
   EXPECT_EQ(j["points"][0]["study"]["rows"].size(), 2U);
+  EXPECT_EQ(j["points"][0]["estimators"][1]["estimator"], "invariant");
+  EXPECT_GT(j["tolerated_factor"], 1.0);
   as_page.insert(as_page.end(), {"--out", "map"});
   const Finished f = run(as_page);
   ASSERT_EQ(f.code, 0) << f.err;
@@ -95,7 +99,13 @@ TEST_F(EstimatorsCommand, ExitCodesSayWhatWasFound) {
       run({"estimators", scenario_file("huang_annulus"), "--runs", "8", "--steps", "400", "--estimators",
            "ekf", "--set", "noise.turn_rate_std=1", "--set", "noise.speed_std=2"});
   EXPECT_EQ(failed.code, 3) << failed.err;
-  EXPECT_NE(failed.out.find("--only-run"), std::string::npos);
+  // What it says can be typed, and plays a run that fails.
+  const std::size_t begin = failed.out.find("`credence run ");
+  ASSERT_NE(begin, std::string::npos) << failed.out;
+  std::istringstream words(failed.out.substr(begin + 10, failed.out.find('`', begin + 1) - begin - 10));
+  const Finished replayed = run({std::istream_iterator<std::string>(words), {}});
+  EXPECT_EQ(replayed.code, 3) << replayed.err;
+  EXPECT_NE(replayed.out.find("diverged"), std::string::npos) << replayed.out;
   const Finished optimistic = run({"estimators", scenario_file("huang_annulus"), "--runs", "32",
                                    "--estimators", "ekf", "--fail-on-inconsistent"});
   EXPECT_EQ(optimistic.code, 1);

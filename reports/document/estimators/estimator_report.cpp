@@ -52,7 +52,7 @@ TableCell failed_cell(const EstimatorRow& row) {
   return {fmt::format("{}", failed), CellTone::alarm};
 }
 
-/// "Runs 12, 40, 77 … of fej failed; credence run … --only-run 12 shows one."
+/// "fej: 3 of 40 runs failed …: 12 (diverged at step 9), … `credence run … --only-run 12` shows one."
 std::vector<std::string> failure_notes(const EstimatorStudy& study) {
   constexpr std::size_t kNamed = 5;
   std::vector<std::string> notes;
@@ -63,11 +63,12 @@ std::vector<std::string> failure_notes(const EstimatorStudy& study) {
       append_item(runs, fmt::format("{} ({} at step {})", row.failures[i].run,
                                     to_string(row.failures[i].outcome), row.failures[i].step));
     }
-    notes.push_back(
-        fmt::format("{}: {} of {} runs failed and are in no average: {}{}. `credence run --set "
-                    "filter.estimator={} --only-run {}` shows one.",
-                    row.name, row.failures.size(), study.runs, runs,
-                    row.failures.size() > kNamed ? ", …" : "", row.name, row.failures.front().run));
+    notes.push_back(fmt::format("{}: {} of {} runs failed and are in no average: {}{}.", row.name,
+                                row.failures.size(), study.runs, runs,
+                                row.failures.size() > kNamed ? ", …" : ""));
+    if (study.run_command.empty()) continue;
+    notes.back() += fmt::format(" `{} --set filter.estimator={} --only-run {}` shows one.", study.run_command,
+                                row.name, row.failures.front().run);
   }
   return notes;
 }

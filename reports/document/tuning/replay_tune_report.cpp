@@ -47,6 +47,7 @@ Json left_out_json(const ReplayTuning& t) {
     for (std::size_t i = 0; i < part.values.size(); ++i) values[t.tuning.coordinates[i]] = part.values[i];
     return {{"name", part.name},
             {"sights", part.observations},
+            {"tuned_apart", part.tuned_apart},
             {"tuned_on_the_others", std::move(values)},
             {"nis", {{"before", part.nis_before}, {"after", part.nis_after}}},
             {"log_score", {{"before", part.score_before}, {"after", part.score_after}}}};

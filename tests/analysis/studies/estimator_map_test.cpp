@@ -31,6 +31,23 @@ TEST(EstimatorMap, TheCheapestIsTheOneThatIsEnough) {
   EXPECT_EQ(map.cheapest(1), std::nullopt);
 }
 
+// Of a filter that claims a tenth of the variance, an exact one, and one that claims ten times as much.
+TEST(EstimatorMap, BothDirectionsAreJudged) {
+  const SweepPlan plan = plan_sweep(read_scenario_text(
+      "[world]\nmodel = \"linear\"\nF = [[0.9]]\nH = [[1]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
+      "[study]\nruns = 24\nsteps = 50\n[sweep]\nmode = \"zip\"\n"
+      "filter.process_scale = [0.1, 1.0, 10.0]\nfilter.measurement_scale = [0.1, 1.0, 10.0]\n",
+      "t.toml"));
+  const EstimatorMap map = map_estimators(plan, {.estimators = {"kalman"}});
+  ASSERT_EQ(map.studies.size(), 3U);
+  EXPECT_EQ(map.verdict(0, 0), Verdict::optimistic);
+  EXPECT_EQ(map.verdict(1, 0), Verdict::consistent);
+  EXPECT_EQ(map.verdict(2, 0), Verdict::pessimistic);
+  EXPECT_EQ(map.cheapest(0), std::nullopt);
+  EXPECT_EQ(map.cheapest(1), 0U);
+  EXPECT_EQ(map.cheapest(2), std::nullopt);
+}
+
 TEST(EstimatorMap, OtherWorldsAreRefused) {
   const SweepPlan plan =
       plan_sweep(read_scenario_text("[world]\nmodel = \"planar\"\n[sweep]\nworld.landmarks = [3, 4]\n", "t"));

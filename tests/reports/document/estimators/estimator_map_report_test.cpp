@@ -12,6 +12,7 @@
 namespace credence::internal {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -41,11 +42,21 @@ MeanInterval& nees_of(EstimatorMap& map, std::size_t point, std::size_t estimato
 
 constexpr const char* kTwoAxes = "world.landmarks = [3, 6, 9]\nnoise.range_std = [0.1, 0.2]\n";
 
+void see_optimistic(EstimatorMap& map, std::size_t point, std::size_t estimator, double mean) {
+  nees_of(map, point, estimator) = {.mean = mean, .lower = 0.9 * mean, .upper = 1.1 * mean};
+  map.studies[point].rows[estimator].beyond_tolerance = {.optimistic = 1e-6, .pessimistic = 1.0};
+}
+
+void see_pessimistic(EstimatorMap& map, std::size_t point, std::size_t estimator, double mean) {
+  nees_of(map, point, estimator) = {.mean = mean, .lower = 0.9 * mean, .upper = 1.1 * mean};
+  map.studies[point].rows[estimator].beyond_tolerance = {.optimistic = 1.0, .pessimistic = 1e-6};
+}
+
 /// At the first point both stay consistent, at the second only "b", at the third a run of "b" failed.
 EstimatorMap some_of_each() {
   EstimatorMap map = map_of(kTwoAxes);
-  nees_of(map, 1, 0) = {.mean = 2.0, .lower = 1.8, .upper = 2.2};
-  nees_of(map, 2, 0) = {.mean = 4.0, .lower = 3.0, .upper = 5.0};
+  see_optimistic(map, 1, 0, 2.0);
+  see_optimistic(map, 2, 0, 4.0);
   map.studies[2].rows[1].runs = 19;
   map.studies[2].rows[1].failures = {{.run = 3, .step = 2, .outcome = Outcome::diverged}};
   return map;
@@ -58,7 +69,7 @@ const ReportTable& shown_table(const Document& document) {
 TEST(EstimatorMapReport, TheAnswerCountsEveryPointOnce) {
   const Document document = estimator_map_document(some_of_each());
   EXPECT_EQ(document.answer.text,
-            "The cheapest estimator that stays consistent, of 6 points: a at 4, b at 1, none at 1");
+            "The cheapest estimator whose pose stays consistent, of 6 points: a at 4, b at 1, none at 1");
   EXPECT_EQ(document.answer.tone, CellTone::caution);
   EXPECT_EQ(estimator_map_document(map_of(kTwoAxes)).answer.tone, CellTone::good);
 }
@@ -82,6 +93,25 @@ TEST(EstimatorMapReport, TableAndDataSayTheSameOfEveryPoint) {
   EXPECT_EQ(table.rows[2][4].text, "1 failed");
   EXPECT_EQ(j["estimators"][1]["seconds_per_step"], 5e-6);
   EXPECT_EQ(j["points"][2]["study"]["rows"][1]["estimator"], "b");
+}
+
+// An estimator that claims errors larger than it has is told apart from one that may be trusted.
+TEST(EstimatorMapReport, PessimisticIsNotConsistent) {
+  EstimatorMap map = some_of_each();
+  for (const std::size_t point : {3U, 4U}) see_pessimistic(map, point, 0, 0.5);
+  const Document document = estimator_map_document(map);
+  EXPECT_EQ(document.answer.text,
+            "The cheapest estimator whose pose stays consistent, of 6 points: a at 2, b at 3, none at 1");
+  const ReportTable& table = shown_table(document);
+  EXPECT_EQ(table.rows[3][2].text, "b");
+  EXPECT_EQ(table.rows[3][3].text, "0.500");
+  EXPECT_EQ(table.rows[3][3].tone, CellTone::caution);
+  EXPECT_THAT(table.notes, Contains("Optimistic, without a failed run: a at 2."));
+  EXPECT_THAT(table.notes, Contains("Pessimistic: a at 2."));
+  const auto of_point = nlohmann::json::parse(document.json())["points"][3]["estimators"];
+  EXPECT_EQ(of_point[0]["verdict"], "pessimistic");
+  EXPECT_EQ(of_point[0]["pessimistic_p_value"], 1e-6);
+  EXPECT_EQ(of_point[1]["verdict"], "consistent");
 }
 
 TEST(EstimatorMapReport, CellsLieAtTheValuesOfTheirPoint) {

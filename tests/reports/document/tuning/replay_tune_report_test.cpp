@@ -130,9 +130,12 @@ TEST(ReplayTuneReport, WhatTheGateLeavesOutIsSaid) {
 
 TEST(ReplayTuneReport, APartThatWasNotTunedApartIsSaid) {
   ReplayTuning t = tuned_logs();
-  const auto notes = [&] { return nlohmann::json::parse(shown_tuning(t).json())["notes"].dump(); };
+  const auto json = [&] { return nlohmann::json::parse(shown_tuning(t).json()); };
+  const auto notes = [&] { return json()["notes"].dump(); };
   EXPECT_THAT(notes(), testing::Not(HasSubstr("is no proof")));
   t.left_out[1].tuned_apart = false;
+  EXPECT_EQ(json()["held_out"]["parts"][0]["tuned_apart"], true);
+  EXPECT_EQ(json()["held_out"]["parts"][1]["tuned_apart"], false);
   EXPECT_THAT(notes(), HasSubstr("robot 2: the others found no better noise than that of all data"));
 }
 
