@@ -356,6 +356,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   while (reader.next(row)) {
     if (reader.run_began()) {
       end_failed();
+      if (const auto number = reader.run()) sink.run_number(*number);
       sink.begin_run(reader.layout());
       open = true;
       travelled = {};

@@ -33,6 +33,8 @@ class FilterLogReader {
 
   /// True if the row last read begins another run.
   bool run_began() const { return run_began_; }
+  /// What the column `run` says of the row last read; none in a file without it.
+  std::optional<double> run() const { return header_.run < 0 ? std::nullopt : std::optional<double>(run_); }
 
   /// A line "# failed: OUTCOME at step N" just before the row last read, or the end: how the run before it
   /// ended.

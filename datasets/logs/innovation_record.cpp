@@ -9,15 +9,20 @@
 #include "core/record/unwrapped_angles.h"
 #include "core/stop_point.h"
 #include "datasets/logs/run_fingerprints.h"
+#include "datasets/logs/run_name.h"
 
 namespace credence::internal {
 namespace {
 
 class InnovationSink final : public LogSink {
  public:
-  void begin_file(const std::filesystem::path& file) { fingerprints_.begin_file(file); }
+  void begin_file(const std::filesystem::path& file) {
+    fingerprints_.begin_file(file);
+    number_.begin_file();
+  }
+  void run_number(double number) override { number_.tell(number); }
   void begin_run(const RunLayout& layout) override {
-    fingerprints_.begin_run();
+    fingerprints_.begin_run(number_.next());
     of_layout_.clear();
     nis_alone_.clear();
     angles_.clear();
@@ -85,6 +90,7 @@ class InnovationSink final : public LogSink {
   }
 
   RunFingerprints fingerprints_;
+  RunNumber number_;
   std::vector<SensorRecord> records_;
   std::vector<Index> dims_;                ///< of each record; 0 before its first innovation
   std::vector<std::size_t> of_layout_;     ///< record of each sensor of the run

@@ -7,6 +7,7 @@
 #include <exception>
 #include <iterator>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "analysis/evidence/sums/run_innovations.h"
@@ -18,6 +19,7 @@
 #include "datasets/logs/conventions/reading_fit.h"
 #include "datasets/logs/read_ahead.h"
 #include "datasets/logs/run_fingerprints.h"
+#include "datasets/logs/run_name.h"
 #include "montecarlo/engine/engine.h"
 
 namespace credence::internal {
@@ -78,7 +80,8 @@ class GroupSink final : public LogSink {
 
   void begin_file(const std::filesystem::path& file) {
     file_ = file;
-    steps_ = runs_ = 0;
+    steps_ = 0;
+    number_.begin_file();
     group_.fingerprints.begin_file(file);
   }
   std::int64_t steps() const { return steps_; }
@@ -87,14 +90,15 @@ class GroupSink final : public LogSink {
     require_sensors(layout);
     sums_.begin_file(file_, layout);
     sums_.begin_run();
-    group_.fingerprints.begin_run();
+    const std::optional<double> number = number_.next();
+    const std::string name = run_name(file_.string(), number);
+    group_.fingerprints.begin_run(number);
     group_.times.begin_run();
-    ++runs_;
-    const std::string name = file_.stem().string();
-    group_.judged.begin_run(runs_ == 1 ? file_.string() : fmt::format("run {} of {}", runs_, file_.string()),
-                            layout);
-    group_.calibration.begin_run(layout, runs_ == 1 ? name : fmt::format("{}:{}", name, runs_));
+    group_.judged.begin_run(name, layout);
+    // The same file in another folder or format is another filter's log of these runs.
+    group_.calibration.begin_run(layout, run_name(file_.stem().string(), number));
   }
+  void run_number(double number) override { number_.tell(number); }
   void add(const Step& step) override {
     stop_point();
     ++steps_;
@@ -136,7 +140,7 @@ class GroupSink final : public LogSink {
                       "or judge some at a time",
                       sensors, kMostSensors));
     }
-    if (sensors > kMostPairedSensors && runs_ == 0) {
+    if (sensors > kMostPairedSensors && !number_.any()) {
       remark(
           fmt::format("Whether innovations of two sensors are correlated is not tested: {} sensors are more "
                       "than {}.",
@@ -153,7 +157,8 @@ class GroupSink final : public LogSink {
   EvidenceRecorder& sums_;
   ByteCount& bytes_;
   std::filesystem::path file_;
-  std::int64_t steps_ = 0, runs_ = 0;          ///< of the file
+  std::int64_t steps_ = 0;  ///< of the file
+  RunNumber number_;
   double travelled_m_ = kNaN, time_s_ = kNaN;  ///< of the next step
 };
 

@@ -121,6 +121,7 @@ class BatchSink final : public LogSink {
  public:
   explicit BatchSink(BatchQueue& queue) : queue_(queue) {}
 
+  void run_number(double number) override { say(&LogSink::run_number, number); }
   void begin_run(const RunLayout& layout) override {
     call([layout](LogSink& sink) { sink.begin_run(layout); });
   }

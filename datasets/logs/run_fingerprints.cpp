@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/run_name.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
 namespace credence::internal {
@@ -62,20 +63,17 @@ void RunFingerprints::CoincidenceBits::add_row(const std::vector<double>& number
 }
 
 std::string RunFingerprints::name_of(const Run& run, const std::string& file) {
-  return run.number == 1 ? file : fmt::format("run {} of {}", run.number, file);
+  return run_name(file, run.number);
 }
 
 std::string RunFingerprints::name_of(const Run& run, const Run& beside) {
-  return run.file == beside.file ? fmt::format("run {} of it", run.number) : name_of(run, run.file->string());
+  return name_of(run, run.file == beside.file ? "it" : run.file->string());
 }
 
-void RunFingerprints::begin_file(const std::filesystem::path& file) {
-  file_ = &file;
-  in_file_ = 0;
-}
+void RunFingerprints::begin_file(const std::filesystem::path& file) { file_ = &file; }
 
-void RunFingerprints::begin_run() {
-  runs_.push_back({.file = file_, .number = ++in_file_});
+void RunFingerprints::begin_run(std::optional<double> number) {
+  runs_.push_back({.file = file_, .number = number});
   hash_ = 0;
   rows_ = 0;
   bits_ = {};

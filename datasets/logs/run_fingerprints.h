@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -29,7 +30,7 @@ class RunFingerprints {
  public:
   /// The runs that follow are in this file, which must outlive this.
   void begin_file(const std::filesystem::path& file);
-  void begin_run();
+  void begin_run(std::optional<double> number = {});
   void add(const Step& step);
 
   /// The runs of `later` come behind those of this.
@@ -49,8 +50,8 @@ class RunFingerprints {
  private:
   struct Run {
     const std::filesystem::path* file = nullptr;
-    std::int64_t number = 0;   ///< in its file, from 1
-    std::int64_t longest = 0;  ///< rows of its longest beginning; 0: there is none
+    std::optional<double> number{};  ///< in its file (run_name.h)
+    std::int64_t longest = 0;        ///< rows of its longest beginning; 0: there is none
   };
   /// Bits by which the rows so far identify their run, −log2 of the chance that an independent one has them:
   /// log2(1/p) for each number that is neither zero nor what it was in the row before, p the share of equal
@@ -72,7 +73,7 @@ class RunFingerprints {
     double orders_ = 0.0;  ///< bits
     bool enough_ = false;
   };
-  /// "run 2 of FILE", or FILE alone of its first run; and beside another one, which may be of the same file.
+  /// As run_name; and beside another one, which may be of the same file.
   static std::string name_of(const Run& run, const std::string& file);
   static std::string name_of(const Run& run, const Run& beside);
   struct Beginning {
@@ -84,7 +85,6 @@ class RunFingerprints {
   std::vector<Run> runs_;
   std::vector<Beginning> beginnings_;
   const std::filesystem::path* file_ = nullptr;
-  std::int64_t in_file_ = 0;
   // Of the run that is open:
   std::uint64_t hash_ = 0;
   std::int64_t rows_ = 0;

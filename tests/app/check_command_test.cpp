@@ -249,7 +249,7 @@ TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
   Json joined = json({"check", "all.csv", "--format", "json", "--quiet"});
   EXPECT_EQ(joined["files"], 1);
   joined["files"] = one["files"];
-  EXPECT_EQ(joined["calibration"]["unit_names"][1], "all:2");
+  EXPECT_EQ(joined["calibration"]["unit_names"][1], "run 1 of all");
   joined["calibration"]["unit_names"] = one["calibration"]["unit_names"];
   EXPECT_EQ(joined, one);
 }

@@ -112,11 +112,9 @@ Causes find_runs_that_are_lost(const Findings& findings) {
       why += ", …";
       break;
     }
-    append_item(
-        why,
-        fmt::format("run {} (the first is 0) has a mean NEES of {:.3g} times its dof, beyond chance from "
-                    "its row {} on",
-                    run.run, run.factor, run.row));
+    append_item(why,
+                fmt::format("{} has a mean NEES of {:.3g} times its dof, beyond chance from its row {} on",
+                            name_of(run), run.factor, run.row));
   }
   return {
       {Cause::lost_runs, fmt::format("{}; that of the other {} is {:.3g} times. Look at {} before anything "

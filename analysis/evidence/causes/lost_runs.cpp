@@ -60,12 +60,18 @@ LostRuns find_lost_runs(std::span<const std::vector<double>> nees, double least_
   return wrong ? LostRuns{} : found;
 }
 
+std::string name_of(const LostRun& run) {
+  return run.name.empty() ? fmt::format("run {}", run.run) : run.name;
+}
+
 std::string names_of(const LostRuns& lost) {
   constexpr std::size_t kNamed = 5;
+  const bool named = !lost.runs.front().name.empty();
   std::string names;
   for (std::size_t i = 0; i < std::min(kNamed, lost.runs.size()); ++i) {
-    append_item(names, std::to_string(lost.runs[i].run));
+    append_item(names, named ? lost.runs[i].name : std::to_string(lost.runs[i].run));
   }
+  if (named) return names + (lost.runs.size() > kNamed ? ", …" : "");
   return fmt::format("run{} {}{} of {}", lost.runs.size() == 1 ? "" : "s", names,
                      lost.runs.size() > kNamed ? ", …" : "",
                      lost.others + static_cast<std::int64_t>(lost.runs.size()));

@@ -16,6 +16,7 @@ struct LostRun {
   std::int64_t run = 0;  ///< its place among the runs looked at, from 0
   std::int64_t row = 0;  ///< the first with a NEES that no consistent filter has, from 1
   double factor = 0.0;   ///< its mean NEES over the expected one
+  std::string name{};    ///< where it can be found, "run 13 of dv"; empty: it has its number alone
 };
 
 /// All of them, and the rest.
@@ -37,7 +38,11 @@ struct LostRuns {
 /// others is wrong by a factor of two or more: then something is wrong with the filter in every run.
 LostRuns find_lost_runs(std::span<const std::vector<double>> nees, double least_dof);
 
-/// "run 7 of 20", "runs 3, 7 of 20": by their numbers, from 0.
+/// "run 7": its name, or its number.
+std::string name_of(const LostRun& run);
+
+/// "run 7 of 20", "runs 3, 7 of 20": by their numbers, from 0, or "run 13 of dv, run 2 of dw": by their
+/// names.
 std::string names_of(const LostRuns& lost);
 
 }  // namespace credence::internal

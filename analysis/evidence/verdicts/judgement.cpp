@@ -260,11 +260,13 @@ void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j
 }
 
 /// By their numbers among all runs, of which the evidence has those that ended well.
-LostRuns lost_runs_of(const Evidence& e) {
+LostRuns lost_runs_of(const Evidence& e, std::span<const std::string> names) {
   if (!e.has_truth || !e.joint_covariance || e.whole_runs.nees.empty()) return {};
   LostRuns lost = find_lost_runs(e.whole_runs.nees, static_cast<double>(e.study.nees_of_runs.least_dof));
   for (LostRun& run : lost.runs) {
     for (const RunFailure& failure : e.study.failures) run.run += failure.run <= run.run ? 1 : 0;
+    const bool named = std::ssize(names) == e.study.runs;
+    if (named) run.name = names[static_cast<std::size_t>(run.run)];
   }
   return lost;
 }
@@ -426,7 +428,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
-  j.lost = lost_runs_of(e);
+  j.lost = lost_runs_of(e, context.run_names);
   j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent

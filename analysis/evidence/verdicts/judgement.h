@@ -125,6 +125,8 @@ struct JudgementContext {
   std::optional<ScaleAdvice> scale_innovation{};
   ClaimedSigmaTest claimed_sigma{};          ///< of the rows of these runs
   std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
+  /// Of each run of the evidence, where its number among them is not how it can be found.
+  std::vector<std::string> run_names{};
 };
 
 /// Judges the sums.

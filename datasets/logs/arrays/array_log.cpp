@@ -649,6 +649,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   std::vector<Index> measured;
   std::vector<std::vector<double>> nis(roles.nis().size());
   for (std::uint64_t run = 0; run < roles.runs(); ++run) {
+    if (roles.runs() > 1) sink.run_number(static_cast<double>(run));
     sink.begin_run(layout);
     const std::vector<double>& time_s = times.of(run);
     for (std::size_t i = 0; i < nis.size(); ++i)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "core/append_item.h"
@@ -89,6 +90,14 @@ bool told_by_errors(Cause cause) {
   return std::ranges::find(kCauses, cause) != std::end(kCauses);
 }
 
+/// Whether these are "run 0", "run 1", …, which say no more than a number.
+bool are_numbers(std::span<const std::string> names) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] != fmt::format("run {}", i)) return false;
+  }
+  return true;
+}
+
 /// Whether errors or innovations of the wrong size tell it.
 bool told_by_size(Cause cause) {
   constexpr Cause kCauses[] = {Cause::process_noise_too_small,
@@ -124,14 +133,8 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
     }
     return sentences;
   }
-  const bool named = units.units == "runs" && std::ssize(units.names) == analysis.evidence.study.runs;
-  std::string names;
-  for (const LostRun& run : lost.runs) {
-    if (named) append_item(names, units.names[static_cast<std::size_t>(run.run)]);
-  }
-  const std::string of = names.empty() ? "" : fmt::format(" ({})", names);
-  return {fmt::format("No factor on P is given: it would be that of the {} that left P behind{}.",
-                      lost.runs.size() == 1 ? "run" : "runs", of)};
+  return {fmt::format("No factor on P is given: it would be that of the {} that left P behind ({}).",
+                      lost.runs.size() == 1 ? "run" : "runs", names_of(lost))};
 }
 
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
@@ -143,6 +146,8 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
     calibration.keep_whole_runs();
   logs.calibration = judge_calibration(calibration, context.confidence);
   context.claimed_sigma = logs.calibration.claimed_sigma;
+  for (const CalibrationRun& run : calibration.runs) context.run_names.push_back(run.name);
+  if (are_numbers(context.run_names)) context.run_names.clear();
   logs.analysis = analyse_logs(std::move(evidence), context);
   Judgement& judgement = logs.analysis.judgement;
   logs.units = unit_factors(calibration);

@@ -123,7 +123,7 @@ void add_law(const LawJudgement& law, Json& j) {
 
 Json lost_runs_json(const LostRuns& lost) {
   return json_list(lost.runs, [](const LostRun& run) -> Json {
-    return {{"run", run.run}, {"row", run.row}, {"factor", run.factor}};
+    return {{"run", run.run}, {"name", name_of(run)}, {"row", run.row}, {"factor", run.factor}};
   });
 }
 

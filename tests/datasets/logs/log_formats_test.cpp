@@ -68,6 +68,18 @@ TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
   EXPECT_EQ(files[2].filename(), "c.mcap");
 }
 
+// The line that converts is in what is said.
+TEST(LogFormats, Hdf5IsNamedWithItsConversion) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.h5", "a.csv", "a.npz"}) {
+    const auto file = folder.write(name, std::string("\x89HDF\r\n\x1a\n") + std::string(100, '\0'));
+    EXPECT_THAT([&] { log_format_of(file, "auto"); },
+                ::testing::ThrowsMessage<DataError>(
+                    ::testing::AllOf(::testing::HasSubstr("is HDF5"), ::testing::HasSubstr("np.savez"))))
+        << name;
+  }
+}
+
 TEST(LogFormats, ALogHasAName) {
   EXPECT_THAT([] { log_files(std::vector<std::string>{""}); },
               ::testing::ThrowsMessage<std::invalid_argument>("the name of a log is empty"));

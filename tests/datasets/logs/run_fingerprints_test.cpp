@@ -95,8 +95,8 @@ TEST(RunFingerprints, KnowARunAgain) {
   EXPECT_THAT(complaint_of({rows(1, 40)}, {rows(1, 40)}),
               AllOf(HasSubstr("b.npz: it has"), HasSubstr("as a.csv:")));
   EXPECT_THAT(complaint_of({rows(1, 40), rows(2, 40)}, {rows(3, 40), rows(2, 40)}),
-              AllOf(HasSubstr("b.npz: run 2 of it has"), HasSubstr("as run 2 of a.csv:")));
-  EXPECT_THAT(complaint_of({rows(1, 40), rows(1, 40)}, {}), HasSubstr("a.csv: run 2 of it has"));
+              AllOf(HasSubstr("b.npz: run 1 of it has"), HasSubstr("as run 1 of a.csv:")));
+  EXPECT_THAT(complaint_of({rows(1, 40), rows(1, 40)}, {}), HasSubstr("a.csv: run 1 of it has"));
 }
 
 // Whichever of the two was cut off.
@@ -104,7 +104,7 @@ TEST(RunFingerprints, KnowACopyThatWasCutOff) {
   EXPECT_THAT(complaint_of({rows(1, 1000)}, {rows(1, 30)}), HasSubstr("first 16 rows"));
   EXPECT_THAT(complaint_of({rows(1, 30)}, {rows(1, 1000)}), HasSubstr("first 16 rows"));
   EXPECT_THAT(complaint_of({rows(2, 9), rows(1, 30)}, {rows(3, 7), rows(1, 1000)}),
-              HasSubstr("as run 2 of a.csv"));
+              HasSubstr("as run 1 of a.csv"));
 }
 
 TEST(RunFingerprints, TheOrderOfTheColumnsDoesNotMatter) {
@@ -224,13 +224,13 @@ TEST(RunFingerprints, RowsOfAnotherRunAreToldWhereverTheyAre) {
   EXPECT_THAT(likenesses_of({log}, {std::vector<Step>(log.begin() + 300, log.end())}),
               AllOf(HasSubstr("b.npz: Rows "), HasSubstr("of a.csv")));
   EXPECT_THAT(likenesses_of({std::vector<Step>(log.begin() + 300, log.end())}, {rows(2, 50), log}),
-              HasSubstr("of run 2 of b.npz"));
+              HasSubstr("of run 1 of b.npz"));
 }
 
 TEST(RunFingerprints, ACopyThatWasRoundedIsTold) {
   for (const int decimals : {2, 4, 8}) {
     const std::string said = likenesses_of({rows(2, 60), rows(1, 60)}, {rounded(rows(1, 40), decimals)});
-    EXPECT_THAT(said, AllOf(HasSubstr("b.npz: b.npz has"), HasSubstr("errors of run 2 of a.csv")))
+    EXPECT_THAT(said, AllOf(HasSubstr("b.npz: b.npz has"), HasSubstr("errors of run 1 of a.csv")))
         << decimals;
   }
   EXPECT_EQ(likenesses_of({rows(1, 60)}, {rounded(rows(2, 60), 1)}), "");

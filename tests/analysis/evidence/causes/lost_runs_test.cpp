@@ -40,6 +40,10 @@ TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   EXPECT_NEAR(lost.factor_of_others, 1.0, 0.3);
   EXPECT_TRUE(lost.others_are_right());
   EXPECT_EQ(names_of(lost), "run 7 of 20");
+  LostRuns named = lost;
+  named.runs[0].name = "run 13 of dv";
+  EXPECT_EQ(name_of(lost.runs[0]), "run 7");
+  EXPECT_EQ(names_of(named), "run 13 of dv");
 }
 
 TEST(LostRuns, OfConsistentRunsNoneIsLost) {

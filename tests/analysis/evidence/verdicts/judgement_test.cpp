@@ -797,6 +797,7 @@ TEST(Judgement, OneRunThatDivergesIsNamedAndPIsNotCalledRight) {
   }));
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
   EXPECT_NE(j.word.says.find("in run 7 of 20 alone, from its row 51 on"), std::string::npos) << j.word.says;
+  EXPECT_EQ(j.causes.front().why.find("run 7 has a mean NEES"), 0U) << j.causes.front().why;
   ASSERT_FALSE(j.causes.empty());
   EXPECT_EQ(j.causes.front().cause, Cause::lost_runs);
   EXPECT_NE(j.causes.front().why.find("that of the other 19 is"), std::string::npos) << j.causes.front().why;
