@@ -4,19 +4,20 @@
 
 /// @file
 /// The style sheet of HTML reports: contents beside the text, above it on a phone; light or dark as the
-/// reader has it; wide things scroll in themselves; prints light, unfolded, without splitting figures or
-/// rows.
+/// reader has it; wide things scroll in themselves, with a shade at the edge where there is more that shows
+/// through the washes of the cells, and on a phone with the names of the rows held; prints light, unfolded,
+/// without splitting figures or rows.
 
 namespace credence::internal {
 
 inline constexpr std::string_view kPageStyle = R"css(
 :root { color-scheme: light dark; --paper: #fff; --ink: #1f2328; --soft: #57606a; --rule: #d9dde2;
-  --wash: #f6f7f9; --link: #00598a; --good: #00553e; --good-wash: #e3f4ee; --caution: #6b4a00;
-  --caution-wash: #fdf2d7; --alarm: #8c3300; --alarm-wash: #fce8dc; --shade: rgba(0,0,0,.18); }
+  --wash: #f6f7f9; --link: #00598a; --good: #00553e; --good-wash: rgba(0,145,90,.11); --caution: #6b4a00;
+  --caution-wash: rgba(240,175,0,.16); --alarm: #8c3300; --alarm-wash: rgba(233,91,5,.14); --shade: rgba(0,0,0,.18); }
 @media screen and (prefers-color-scheme: dark) {
   :root { --paper: #16191d; --ink: #e3e6ea; --soft: #a3abb5; --rule: #3a4048; --wash: #1f2328;
-    --link: #6cb8ea; --good: #7fd8b8; --good-wash: #10332a; --caution: #f0c66a; --caution-wash: #3a2d0c;
-    --alarm: #ffac85; --alarm-wash: #43200f; --shade: rgba(0,0,0,.7); }
+    --link: #6cb8ea; --good: #7fd8b8; --good-wash: rgba(2,112,72,.3); --caution: #f0c66a;
+    --caution-wash: rgba(82,58,1,.6); --alarm: #ffac85; --alarm-wash: rgba(112,39,1,.5); --shade: rgba(0,0,0,.7); }
   .panel svg, figure svg { fill: #e3e6ea; }
   figure svg [stroke="#000000"] { stroke: #f2f4f6; } figure svg [fill="#000000"] { fill: #f2f4f6; }
   figure svg .heat [stroke="#000000"] { stroke: #000; } figure svg .heat [fill="#000000"] { fill: #000; }
@@ -151,6 +152,7 @@ pre { font: .8rem/1.45 ui-monospace, "SF Mono", Menlo, "DejaVu Sans Mono", monos
   th, td { padding: .3rem .45rem; }
   .facts { grid-template-columns: minmax(0, 1fr); gap: 0; }
   .facts dd { margin-bottom: .4rem; }
+  .scroll tr > :first-child { position: sticky; left: 0; background: var(--paper); background-clip: padding-box; }
 }
 @media print {
   body { font-size: 10pt; }
