@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
-#include <boost/random/gamma_distribution.hpp>
-#include <boost/random/mersenne_twister.hpp>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -16,6 +14,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/require.h"
+#include "analysis/laws/simulated_studies.h"
 
 namespace credence::internal {
 namespace {
@@ -70,22 +69,6 @@ SkewedMoments expected_moments(const VerdictDesign& design, double runs) {
           .m3 = runs * skewness * spread * spread * spread};
 }
 
-// Of studies in which the averages of so many runs vary as the design says.
-template <class Take>
-void simulate_studies(const VerdictDesign& design, std::int64_t runs, Take take) {
-  const auto [deviation, skewness] = run_spread(design);
-  // Pearson's type III: a gamma law of this skewness, shifted and scaled to mean 1.
-  const double shape = 4.0 / (skewness * skewness), scale = deviation / std::sqrt(shape);
-  boost::random::mt19937_64 bits(1);
-  boost::random::gamma_distribution<double> gamma(shape, scale);
-  for (int study = 0; study < design.simulated_studies; ++study) {
-    SkewedMoments moments;
-    for (std::int64_t run = 0; run < runs; ++run)
-      moments.add(std::max(0.0, 1.0 + gamma(bits) - shape * scale));
-    take(moments);
-  }
-}
-
 // Beyond so many runs their moments hardly vary from study to study.
 constexpr double kMostRunsSimulated = 200.0;
 
@@ -95,11 +78,11 @@ class ComparedRuns {
  public:
   ComparedRuns(const VerdictDesign& design, std::int64_t runs) {
     const double level = 0.5 * (1.0 - design.confidence);
-    simulate_studies(design, runs, [&](const SkewedMoments& moments) {
+    for (const SkewedMoments& moments : design.studies->of_runs(runs)) {
       const MeanInterval mean = run_mean_interval(moments, 1.0 - level, least_dof(design));
       optimistic_from_.push_back(1.0 / mean.lower);
       pessimistic_to_.push_back(1.0 / mean.upper);
-    });
+    }
   }
 
   double power(double factor) const {
@@ -117,7 +100,7 @@ ChiSquareInterval interval_of_sum(const VerdictDesign& design, double runs, doub
   if (design.white) return central_interval(step_dof * design.steps, level);
   const double effective = std::min(design.steps, design.effective_steps);
   const double dof = effective * step_dof;
-  if (runs > kMostRunsSimulated && design.simulated_studies > 0) {
+  if (runs > kMostRunsSimulated && design.studies) {
     const MeanInterval mean =
         run_mean_interval(expected_moments(design, runs), 1.0 - level, least_dof(design));
     return {dof, dof / mean.upper, dof / mean.lower};
@@ -142,7 +125,7 @@ class VerdictPower {
     }
     step_ = central_interval(step_dof, 0.5 * alpha / design.steps);
     const bool few = runs < static_cast<double>(kFewestRunsCompared);
-    if (!design.white && !few && runs <= kMostRunsSimulated && design.simulated_studies > 0) {
+    if (!design.white && !few && runs <= kMostRunsSimulated && design.studies) {
       compared_.emplace(design, static_cast<std::int64_t>(runs));
     } else {
       sum_ = interval_of_sum(design, runs, 0.5 * alpha);
@@ -191,6 +174,13 @@ double fewest_runs(double least, const auto& excess) {
 
 }  // namespace
 
+VerdictDesign simulated(VerdictDesign design, int studies) {
+  require_design(design);
+  const auto [deviation, skewness] = run_spread(design);
+  design.studies = std::make_shared<SimulatedStudies>(studies, deviation, skewness);
+  return design;
+}
+
 double verdict_power(const VerdictDesign& design, double factor, double runs) {
   return VerdictPower(design, runs)(factor);
 }
@@ -231,10 +221,10 @@ std::int64_t runs_for_precision(const VerdictDesign& design, double precision) {
     return run_mean_interval(moments, design.confidence, least_dof(design)).half_width();
   };
   const auto half_width = [&](double runs) {
-    if (runs <= kMostRunsSimulated && design.simulated_studies > 0) {
+    if (runs <= kMostRunsSimulated && design.studies) {
       Moments widths;
-      simulate_studies(design, static_cast<std::int64_t>(runs),
-                       [&](const SkewedMoments& m) { widths.add(half_width_of(m)); });
+      for (const SkewedMoments& m : design.studies->of_runs(static_cast<std::int64_t>(runs)))
+        widths.add(half_width_of(m));
       return widths.mean;
     }
     return half_width_of(expected_moments(design, runs));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 /// @file
 /// What a study of a given size can see, and the size it needs: the power of the verdicts of consistency.h
@@ -11,6 +12,8 @@
 
 namespace credence::internal {
 
+class SimulatedStudies;
+
 /// The study whose verdict is planned.
 struct VerdictDesign {
   double steps = 1.0;         ///< T
@@ -20,10 +23,13 @@ struct VerdictDesign {
   double effective_steps = 1.0;  ///< for NEES: independent steps (effective_sample.h); 1 is fully correlated
   double run_skewness = 0.0;     ///< for NEES: of the average of a run; 0: that of a multiple of χ²
   double least_dof = 0.0;        ///< for NEES: of any step of a run; 0: dof_per_step
-  int simulated_studies = 0;     ///< for NEES: by which the power of whole runs and the width of the interval
-                              ///< are found; 0: by a law of their sum, which of few runs finds a P too large
-                              ///< more often than the verdict does
+  /// For NEES, of `simulated`: by which the power of whole runs and the width of the interval are found;
+  /// null: by a law of their sum, which of few runs finds a P too large more often than the verdict does.
+  std::shared_ptr<SimulatedStudies> studies{};
 };
+
+/// The design with so many studies that are simulated by its own numbers, for one thread.
+VerdictDesign simulated(VerdictDesign design, int studies);
 
 /// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a
 /// lower bound of the power of both.

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
-#include "analysis/evidence/sums/effective_steps.h"
 #include "analysis/evidence/sums/evidence_collect.h"
 #include "analysis/evidence/verdicts/word.h"
 #include "analysis/laws/mean/effective_sample.h"
@@ -26,7 +25,10 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kPilotSeconds = 0.5;
+// A pilot has this many runs where they take no longer than this, else a tenth of those of the study; and in
+// any case as many as measure how NEES is correlated (kFewestRuns) unless these take too long.
+constexpr std::int64_t kMostRuns = 4096, kFewestRuns = kChunkRuns;
+constexpr double kPilotSeconds = 0.05, kMostSeconds = 10.0;
 
 // Seconds that a piece of work takes.
 template <typename Work>
@@ -41,37 +43,52 @@ struct Pilot {
   StudyStatistics statistics;
 };
 
-// One run; then, if there is time for a chunk on every thread, twice as many until it takes long enough to be
-// timed.
-Pilot run_pilot(const Experiment& experiment, const PlanQuestion& question) {
+// So many runs in equal pieces on all threads; `piece` at least.
+StudyStatistics play(const Experiment& experiment, const PlanQuestion& question, std::int64_t runs,
+                     std::int64_t piece) {
+  const std::int64_t threads = thread_count(question.threads);
+  piece = std::clamp((runs / threads + piece - 1) / piece * piece, piece, kChunkRuns);
+  std::vector<StudyStatistics> parts(static_cast<std::size_t>((runs + piece - 1) / piece));
+  for_each_task(std::ssize(parts), question.threads, question.stop, [&](std::int64_t i) {
+    parts[static_cast<std::size_t>(i)] = experiment.run_chunk(i * piece, std::min(piece, runs - i * piece));
+  });
+  stop_point();
+  for (std::size_t i = 1; i < parts.size(); ++i) parts.front().merge(parts[i]);
+  return std::move(parts.front());
+}
+
+// As few runs as the experiment plays at once; then as many as there is time for.
+Pilot run_pilot(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question) {
   Pilot pilot;
   PilotTiming& timing = pilot.timing;
   timing.threads = thread_count(question.threads);
-  timing.runs = 1;
-  timing.seconds = time_of([&] { pilot.statistics = experiment.run_chunk(0, 1); });
-  timing.seconds_per_run = timing.seconds / timing.threads;
-  std::int64_t runs = kChunkRuns * timing.threads;
-  while (timing.seconds < kPilotSeconds && timing.seconds_for(runs) < 4.0 * kPilotSeconds) {
-    const StudyTask task{.id = {}, .experiment = &experiment, .runs = runs};
-    EngineOptions engine;
-    engine.threads = question.threads;
-    engine.stop = question.stop;
-    timing.seconds = time_of(
-        [&] { pilot.statistics = std::move(run_studies(std::span(&task, 1), engine).front().statistics); });
-    stop_point();
+  const std::int64_t at_once = experiment.runs_side_by_side();
+  const auto take = [&](std::int64_t runs, double threads) {
     timing.runs = runs;
-    timing.seconds_per_run = timing.seconds / static_cast<double>(runs);
-    runs *= 2;
+    timing.seconds = time_of([&] { pilot.statistics = play(experiment, question, runs, at_once); });
+    timing.seconds_per_run = timing.seconds / static_cast<double>(runs) / threads;
+  };
+  take(at_once, timing.threads);
+  // The first runs find nothing in the caches and take longer than others.
+  if (timing.seconds < kPilotSeconds) take(at_once, timing.threads);
+  const auto runs_in = [&](double seconds) {
+    return static_cast<std::int64_t>(
+        std::min(seconds / timing.seconds_per_run, static_cast<double>(kMostRuns)));
+  };
+  while (timing.runs < kMostRuns) {
+    const std::int64_t affordable =
+        std::max({runs_in(kPilotSeconds), std::min(kMostRuns, scenario.most_runs() / 10), kFewestRuns});
+    const std::int64_t runs = std::min(affordable, runs_in(kMostSeconds));
+    if (runs < 2 * timing.runs) break;
+    take(runs, 1.0);
   }
   return pilot;
 }
 
-// What it takes to look at the steps of runs, of one chunk.
+// What it takes to look at the steps of runs, of few of them.
 void time_evidence(const Scenario& scenario, const Experiment& experiment, PilotTiming& timing) {
   timing.evidence_runs = evidence_runs(scenario, scenario.most_runs());
-  std::int64_t runs = std::min(kChunkRuns, timing.evidence_runs);
-  while (runs > 1 && timing.seconds_per_run * static_cast<double>(timing.threads * runs) > kPilotSeconds)
-    runs /= 2;
+  const std::int64_t runs = std::min(experiment.runs_side_by_side(), timing.evidence_runs);
   EvidenceCollector collector(experiment, runs);
   const double seconds =
       time_of([&] { collector.play(0, runs); }) / static_cast<double>(timing.threads * runs);
@@ -98,25 +115,20 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
   return linear_nees_time_law(transitions, covariances).effective_steps;
 }
 
-// T_eff measured on runs played alone; none if there is time for too few of them.
-std::optional<double> pilot_effective_steps(const Experiment& experiment, std::int64_t steps) {
-  constexpr Index kMostRuns = 128, kFewestRuns = 40;
-  constexpr double kMostSeconds = 5.0;
-  std::vector<std::vector<double>> runs;
-  double seconds = 0.0;
-  for (Index run = 0; run < kMostRuns && seconds < kMostSeconds; ++run) {
-    stop_point();
-    std::vector<double> nees;
-    Outcome outcome = Outcome::ok;
-    seconds += time_of(
-        [&] { outcome = experiment.visit(run, [&](const TraceStep& step) { nees.push_back(step.nees); }); });
-    // The start is no step.
-    if (outcome != Outcome::ok || static_cast<std::int64_t>(nees.size()) != steps + 1) continue;
-    nees.erase(nees.begin());
-    runs.push_back(std::move(nees));
+// T_eff = (Σ_k Var ε_k) T / Var Σ_k ε_k of the runs of the pilot; none of too few of them.
+std::optional<double> pilot_effective_steps(const StudyStatistics& statistics) {
+  const SkewedMoments& averages = statistics.nees_of_runs.moments;
+  if (averages.count - std::ssize(statistics.failures) < kFewestRuns) return std::nullopt;
+  double independent = 0.0, dof = 0.0, steps = 0.0;
+  const std::vector<double> dofs = statistics.dofs(Quantity::nees);
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    const Moments& nees = statistics.steps[k][Quantity::nees];
+    if (nees.count < 2) continue;
+    independent += nees.variance();
+    dof += dofs[k] / static_cast<double>(nees.count);
+    steps += 1.0;
   }
-  if (static_cast<Index>(runs.size()) < kFewestRuns) return std::nullopt;
-  return measured_effective_steps(runs);
+  return steps * independent / (dof * dof * averages.variance());
 }
 
 // Of a chunk, whose sums take as much as those of the pilot, but for the averages of single runs.
@@ -176,7 +188,7 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   StudyPlan plan;
   plan.scenario = scenario;
   plan.question = question;
-  Pilot pilot = run_pilot(experiment, question);
+  Pilot pilot = run_pilot(scenario, experiment, question);
   if (question.evidence) time_evidence(scenario, experiment, pilot.timing);
   plan.pilot = pilot.timing;
   plan.chunk_bytes = stored_chunk_bytes(pilot.statistics);
@@ -186,18 +198,18 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   if (const auto exact = exact_effective_steps(experiment)) {
     plan.correlation = CorrelationSource::exact_law;
     plan.nees.design.effective_steps = *exact;
-  } else if (const auto measured = pilot_effective_steps(experiment, scenario.study.steps)) {
+  } else if (const auto measured = pilot_effective_steps(pilot.statistics)) {
     plan.correlation = CorrelationSource::pilot;
     plan.nees.design.effective_steps = *measured;
   }
   constexpr int kSimulatedStudies = 1000;  // a standard error of 1.3 points at a power of 0.8
   constexpr std::int64_t kRunsForSkewness = 1000;
-  plan.nees.design.simulated_studies = kSimulatedStudies;
   const SkewedMoments& runs = pilot.statistics.nees_of_runs.moments;
   if (runs.count >= kRunsForSkewness) plan.nees.design.run_skewness = sample_skewness(runs);
   plan.nees.design.effective_steps =
       std::clamp(plan.nees.design.effective_steps, 1.0, plan.nees.design.steps);
   plan.nees.design.least_dof = static_cast<double>(pilot.statistics.nees_of_runs.least_dof);
+  plan.nees.design = simulated(plan.nees.design, kSimulatedStudies);
   constexpr double kAll = kWordNees + kWordNis + kWordBlocks + kWordDirections;
   plan_verdict(question, plan.pilot, scenario.study.runs, kWordNees / kAll, plan.nees);
   plan_verdict(question, plan.pilot, scenario.study.runs, kWordNis / kAll, plan.nis);

@@ -118,12 +118,13 @@ TEST(SampleSize, CorrelatedPlanIsWhatSimulationFinds) {
 
 TEST(SampleSize, PlanBySimulatedStudiesIsWhatSimulationFindsInBothDirections) {
   constexpr int kStudies = 2000;
-  const VerdictDesign design{.steps = 10.0, .dof_per_step = 2.0, .simulated_studies = 4000};
+  constexpr int kPlanned = 4000;
+  const VerdictDesign design = simulated({.steps = 10.0, .dof_per_step = 2.0}, kPlanned);
   for (const double factor : {0.55, 1.8}) {
     const RunsNeeded needed = runs_to_detect(design, factor, 0.8);
     ASSERT_LE(needed.runs, 60) << "the law of the sum would do";
     const double error = std::hypot(test::binomial_standard_error(needed.power, kStudies),
-                                    test::binomial_standard_error(needed.power, design.simulated_studies));
+                                    test::binomial_standard_error(needed.power, kPlanned));
     const double power = simulated_power(design, factor, static_cast<int>(needed.runs), 1.0, kStudies, 5);
     EXPECT_GE(power, needed.power - 5.0 * error) << factor;
     // The larger of the two parts of the verdict, a lower bound: of a P that is too large and few runs the
@@ -137,11 +138,8 @@ TEST(SampleSize, PlanBySimulatedStudiesIsWhatSimulationFindsInBothDirections) {
 // By a χ² of all dof 254 runs were to find a P too large by 1.12 in 80 %, and as many optimistic ones.
 TEST(SampleSize, PlanOfManySkewedRunsIsWhatSimulationFinds) {
   constexpr int kStudies = 3000, kRuns = 254;
-  const VerdictDesign design{.steps = 100.0,
-                             .dof_per_step = 3.0,
-                             .effective_steps = 2.0,
-                             .run_skewness = 2.5,
-                             .simulated_studies = 1000};
+  const VerdictDesign design =
+      simulated({.steps = 100.0, .dof_per_step = 3.0, .effective_steps = 2.0, .run_skewness = 2.5}, 1000);
   // Pearson's type III of variance 2/6 and this skewness.
   const double shape = 4.0 / (2.5 * 2.5), scale = 1.0 / std::sqrt(3.0 * shape);
   std::mt19937_64 generator(12);
@@ -190,12 +188,13 @@ TEST(SampleSize, RunsForPrecisionGiveTheHalfWidthThatIsAskedForOnAverage) {
   constexpr int kStudies = 400;
   // Of 15 independent steps 20 runs, by the moments that they have on average, gave ±11 % for ±10 %.
   for (const double effective : {1.0, 15.0, 20.0, 300.0}) {
-    const VerdictDesign design{
-        .steps = 300.0, .dof_per_step = 4.0, .effective_steps = effective, .simulated_studies = 1000};
+    constexpr int kPlanned = 1000;
+    const VerdictDesign design =
+        simulated({.steps = 300.0, .dof_per_step = 4.0, .effective_steps = effective}, kPlanned);
     for (const double precision : {0.05, 0.1, 0.3}) {
       const std::int64_t runs = runs_for_precision(design, precision);
       const Moments planned = simulated_half_widths(design, runs, kStudies);
-      const double error = std::sqrt(planned.variance() * (1.0 / kStudies + 1.0 / design.simulated_studies));
+      const double error = std::sqrt(planned.variance() * (1.0 / kStudies + 1.0 / kPlanned));
       EXPECT_LE(planned.mean, precision + 5.0 * error) << effective << ", " << runs << " runs";
       EXPECT_GT(simulated_half_widths(design, (runs - 1) * 4 / 5, kStudies).mean, precision)
           << effective << ", fewer than " << runs << " runs";

@@ -47,10 +47,11 @@ Power simulated_power(double factor, std::int64_t runs, int studies) {
 TEST(StudyPlan, PlannedRunsHaveThePlannedPower) {
   constexpr int kStudies = 300;
   const SyntheticFilter filter({});
-  VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0, .simulated_studies = 1000};
+  VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0};
   design.effective_steps = linear_nees_time_law(filter.transitions(), filter.covariances()).effective_steps;
   VerdictDesign white = design;
   white.white = true;
+  design = simulated(design, 1000);
   for (const double factor : {1.6, 1.0 / 1.6}) {
     const RunsNeeded nees = runs_to_detect(design, factor, 0.8);
     const double error = test::binomial_standard_error(nees.power, kStudies);

@@ -1,0 +1,39 @@
+#include "analysis/laws/simulated_studies.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/laws/require.h"
+
+namespace credence::internal {
+namespace {
+
+/// Of this skewness and deviation.
+boost::random::gamma_distribution<double> gamma_law(double deviation, double skewness) {
+  require_positive("deviation", deviation);
+  require_positive("skewness", skewness);
+  const double shape = 4.0 / (skewness * skewness);
+  return boost::random::gamma_distribution<double>(shape, deviation / std::sqrt(shape));
+}
+
+}  // namespace
+
+SimulatedStudies::SimulatedStudies(int studies, double deviation, double skewness)
+    : count_(studies), gamma_(gamma_law(deviation, skewness)) {
+  require_positive("studies", studies);
+  shift_ = 1.0 - gamma_.alpha() * gamma_.beta();
+}
+
+std::span<const SkewedMoments> SimulatedStudies::of_runs(std::int64_t runs) {
+  require_positive("runs", static_cast<double>(runs));
+  const auto studies = static_cast<std::size_t>(count_), end = static_cast<std::size_t>(runs) * studies;
+  if (moments_.empty()) moments_.resize(studies);
+  while (moments_.size() < studies + end) {
+    SkewedMoments moments = moments_[moments_.size() - studies];
+    moments.add(std::max(0.0, shift_ + gamma_(bits_)));
+    moments_.push_back(moments);
+  }
+  return std::span(moments_).subspan(end, studies);
+}
+
+}  // namespace credence::internal
