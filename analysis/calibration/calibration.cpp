@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/hall_score.h"
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/shape/coverage.h"
 #include "core/nan.h"
@@ -333,6 +337,62 @@ UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const B
   return result;
 }
 
+namespace {
+
+/// Factors of the same units in two logs. Of exact filters their means agree, and not those of their
+/// logarithms, which are the smaller the more a factor varies.
+class PairedFactors {
+ public:
+  void add(double before, double after) {
+    if (!(before > 0.0) || !(after > 0.0) || !std::isfinite(after / before)) return;
+    before_.push_back(before);
+    after_.push_back(after);
+    before_mean_.add(before);
+    after_mean_.add(after);
+  }
+  std::int64_t count() const { return before_mean_.count; }
+  double before() const { return before_mean_.mean; }
+  double after() const { return after_mean_.mean; }
+
+  /// That the mean of the second is this times that of the first.
+  double p_value(double ratio) const {
+    SkewedMoments differences;
+    for (std::size_t i = 0; i < before_.size(); ++i) differences.add(after_[i] - ratio * before_[i]);
+    return paired_p_value(differences);
+  }
+
+  /// All ratios that this does not reject.
+  MeanInterval ratio(double confidence) const {
+    const double ratio = after() / before(), level = 1.0 - confidence;
+    const auto excess = [&](double other) { return p_value(other) - level; };
+    MeanInterval interval{.mean = ratio, .lower = 0.0, .upper = kInfinity, .count = count()};
+    if (excess(0.0) < 0.0) interval.lower = border(0.0, ratio, excess);
+    constexpr double kFarthest = 1e6;
+    for (double far = 2.0; far <= kFarthest; far *= far) {
+      if (excess(far * ratio) >= 0.0) continue;
+      interval.upper = border(ratio, far * ratio, excess);
+      break;
+    }
+    return interval;
+  }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  /// Where between these `excess` changes its sign.
+  static double border(double below, double above, const auto& excess) {
+    std::uintmax_t evaluations = 100;
+    const auto [low, high] = boost::math::tools::toms748_solve(
+        excess, below, above, boost::math::tools::eps_tolerance<double>(30), evaluations);
+    return 0.5 * (low + high);
+  }
+
+  std::vector<double> before_, after_;
+  Moments before_mean_, after_mean_;
+};
+
+}  // namespace
+
 std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitFactors& first,
                                           double confidence) {
   std::vector<FactorChange> changes;
@@ -341,27 +401,18 @@ std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitF
     const auto part = std::ranges::find(first.parts, second.parts[a]);
     if (part == first.parts.end()) continue;
     const std::vector<double>& before = first.factors[static_cast<std::size_t>(part - first.parts.begin())];
-    Moments logarithms, before_mean, after_mean;
+    PairedFactors paired;
     for (std::size_t i = 0; i < second.names.size(); ++i) {
       const auto unit = std::ranges::find(first.names, second.names[i]);
       if (unit == first.names.end()) continue;
-      const double was = before[static_cast<std::size_t>(unit - first.names.begin())];
-      const double is = second.factors[a][i], ratio = is / was;
-      if (!(ratio > 0.0) || !std::isfinite(ratio)) continue;
-      logarithms.add(std::log(ratio));
-      before_mean.add(was);
-      after_mean.add(is);
+      paired.add(before[static_cast<std::size_t>(unit - first.names.begin())], second.factors[a][i]);
     }
-    if (logarithms.count < 2) continue;
-    const MeanInterval log_ratio = student_interval(logarithms, confidence);
-    FactorChange change{
-        .part = second.parts[a], .ratio = log_ratio, .before = before_mean.mean, .after = after_mean.mean};
-    change.ratio.mean = std::exp(log_ratio.mean);
-    change.ratio.lower = std::exp(log_ratio.lower);
-    change.ratio.upper = std::exp(log_ratio.upper);
-    change.p_value = student_two_sided_p_value(log_ratio.mean / log_ratio.standard_error,
-                                               static_cast<double>(logarithms.count - 1));
-    if (std::isnan(change.p_value)) change.p_value = 1.0;  // the same numbers
+    if (paired.count() < 2) continue;
+    FactorChange change{.part = second.parts[a],
+                        .ratio = paired.ratio(confidence),
+                        .before = paired.before(),
+                        .after = paired.after(),
+                        .p_value = paired.p_value(1.0)};
     p_values.push_back(change.p_value);
     changes.push_back(std::move(change));
   }

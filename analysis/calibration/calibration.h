@@ -112,10 +112,10 @@ Calibration judge_calibration(CalibrationRecorder& runs, double confidence);
 struct FactorChange {
   std::string part;
   std::string_view on = "P";  ///< what the factor is on; or "S"
-  MeanInterval ratio;         ///< of the second's factor to the first's: geometric mean over units
+  MeanInterval ratio;         ///< of the second's factor to the first's, both means over the units
   double before = 1.0;        ///< the first's factor on the same units: their mean
   double after = 1.0;         ///< the second's
-  double p_value = 0.0;       ///< that it is 1: paired t of the logarithms
+  double p_value = 0.0;       ///< that it is 1: of the differences of the units (paired_p_value)
   double adjusted = 0.0;      ///< Holm over the parts
 };
 

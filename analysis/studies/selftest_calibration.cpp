@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/studies/selftest_comparisons.h"
 #include "analysis/studies/selftest_families.h"
 #include "analysis/studies/selftest_study.h"
 #include "analysis/studies/selftest_tests.h"
@@ -23,6 +25,19 @@ std::int64_t single_run_blocks(const SelftestOptions& options) {
 
 StudyShare share_of_true(const std::vector<char>& hits) {
   return share_of(std::count(hits.begin(), hits.end(), 1), static_cast<std::int64_t>(hits.size()));
+}
+
+/// The rows of tests that were made of every study; `of` ends their names.
+void add_rows(const std::vector<std::vector<TestResult>>& studies, const char* of, SelftestResult& result) {
+  for (std::size_t test = 0; test < studies.front().size(); ++test) {
+    const TestResult& name_of = studies.front()[test];
+    for (const double level : kLevels) {
+      const auto alarms = std::ranges::count_if(
+          studies, [&](const std::vector<TestResult>& r) { return is_alarm(r[test].p_value, level); });
+      result.calibration.push_back(
+          {name_of.name + of, name_of.exactness, level, share_of(alarms, std::ssize(studies))});
+    }
+  }
 }
 
 /// Every shipped test on these filters, which are exact; `of` ends the names of the rows.
@@ -47,15 +62,7 @@ void calibrate_shipped(std::span<const SyntheticFilter> filters, const char* of,
       },
       all, sum_alarm, band_alarm);
   if (workers.stopped()) return;
-  for (std::size_t test = 0; test < all.front().size(); ++test) {
-    for (const double level : kLevels) {
-      const auto alarms = std::count_if(all.begin(), all.end(), [&](const std::vector<TestResult>& r) {
-        return is_alarm(r[test].p_value, level);
-      });
-      result.calibration.push_back({all.front()[test].name + of, all.front()[test].exactness, level,
-                                    share_of(alarms, options.studies)});
-    }
-  }
+  add_rows(all, of, result);
   if (filters.size() > 1) return;
   result.naive = {
       {"NEES summed over time as chi square", "NEES", kSelftestPowerLevel, share_of_true(sum_alarm)},
@@ -135,6 +142,29 @@ void calibrate_proof(const SelftestOptions& options, SelftestWorkers& workers, S
     const auto proved = std::ranges::count_if(p_values, [&](double p) { return is_alarm(p, level); });
     result.calibration.push_back({"“proved within 10 %” of a P 10 % too small", Exactness::conservative,
                                   level, share_of(proved, options.studies)});
+  }
+}
+
+/// What compares and tunes; these cost most and are fewer.
+std::int64_t comparison_studies(const SelftestOptions& options) { return options.studies / 4; }
+
+void calibrate_comparisons(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
+  const std::int64_t studies = comparison_studies(options);
+  const SyntheticFilter slow({}), fast({.noise_ratio = 0.1});
+  const NoiseSource noise(options.seed, SelftestNoise::kLogs);
+  const auto seed_of = [&](std::uint64_t part, std::int64_t i) {
+    return (options.seed << 32) + (part << 24) + static_cast<std::uint64_t>(i);
+  };
+  const std::function<std::vector<TestResult>(std::int64_t)> parts[] = {
+      [&](std::int64_t i) { return log_comparison_tests(slow, fast, noise, i); },
+      [&](std::int64_t i) { return estimator_tests(seed_of(SelftestNoise::kEstimators, i)); },
+      [&](std::int64_t i) { return tuning_tests(seed_of(SelftestNoise::kTuning, i)); }};
+  for (const auto& tests : parts) {
+    std::vector<std::vector<TestResult>> all(static_cast<std::size_t>(studies));
+    workers.for_each(
+        studies, [&](std::int64_t i) { all[static_cast<std::size_t>(i)] = tests(i); }, all);
+    if (workers.stopped()) return;
+    add_rows(all, "", result);
   }
 }
 
@@ -228,13 +258,15 @@ void calibrate_single_runs(const SelftestOptions& options, SelftestWorkers& work
 }  // namespace
 
 std::int64_t calibration_work(const SelftestOptions& options) {
-  return 5 * options.studies + word_studies(options) + single_run_blocks(options);
+  return 5 * options.studies + word_studies(options) + 3 * comparison_studies(options) +
+         single_run_blocks(options);
 }
 
 void calibrate(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
   calibrate_tests(options, workers, result);
   calibrate_word(options, workers, result);
   calibrate_proof(options, workers, result);
+  calibrate_comparisons(options, workers, result);
   calibrate_looks(options, workers, result);
   calibrate_sweep(options, workers, result);
   calibrate_single_runs(options, workers, result);

@@ -1,5 +1,7 @@
 #include "analysis/studies/selftest_study.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "analysis/evidence/sums/evidence_recorder.h"
@@ -7,6 +9,9 @@
 
 namespace credence::internal {
 namespace {
+
+/// The way that the vehicle goes; it has no part in the filter.
+constexpr double kMetresPerStep = 1.0;
 
 /// The gate of gated innovations: the 95 % quantile of their law.
 double synthetic_gate() {
@@ -78,11 +83,11 @@ Evidence synthetic_evidence(std::span<const SyntheticFilter> filters, const Nois
     for (int run = 0; run < std::min(SyntheticFilter::kRuns, runs - first); ++run) {
       const std::size_t of = static_cast<std::size_t>(first + run) % filters.size();
       recorder.begin_run();
-      if (calibration != nullptr) calibration->begin_run(layout, "");
+      if (calibration != nullptr) calibration->begin_run(layout, fmt::format("{}", first + run));
       for (int k = 0; k < steps; ++k) {
         show(filters[of], samples[of][static_cast<std::size_t>(k)], k, run, step);
         recorder.add(step);
-        if (calibration != nullptr) calibration->add(step);
+        if (calibration != nullptr) calibration->add(step, kMetresPerStep * k);
       }
     }
   }

@@ -18,9 +18,10 @@ double betting_e_value_p(const RunAverages& runs) {
   return std::exp(-betting.log_e_value());
 }
 
-double smallest_adjusted(const std::vector<SigmaBin>& bins) {
+template <class Bin>
+double smallest_adjusted(const std::vector<Bin>& bins) {
   double smallest = kNaN;
-  for (const SigmaBin& bin : bins) smallest = std::fmin(smallest, bin.adjusted);
+  for (const Bin& bin : bins) smallest = std::fmin(smallest, bin.adjusted);
   return smallest;
 }
 
@@ -48,6 +49,7 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
     result.p_value = p_value;
   };
   conservative("errors by claimed σ, Holm", smallest_adjusted(c.bins));
+  conservative("NEES by distance, Holm", smallest_adjusted(c.distance));
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));

@@ -36,8 +36,8 @@ struct JudgedRows {
 JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, double confidence);
 
 /// Every test that the product makes of this evidence, always in the same order for evidence of one kind:
-/// those of the judgement and of errors by claimed σ, the e-values of the stop rules, all tests together by
-/// Holm, and the word.
+/// those of the judgement and of errors by claimed σ and by distance, the e-values of the stop rules, all
+/// tests together by Holm, and the word.
 std::vector<TestResult> shipped_tests(const Evidence& evidence, const Judgement& judgement,
                                       const Calibration& calibration);
 

@@ -39,7 +39,7 @@ TEST(SelftestTests, AreThoseOfTheJudgementAndThenTheOthersInOneOrder) {
   ASSERT_EQ(exact.tests.size(), wrong.tests.size());
   for (std::size_t i = 0; i < exact.tests.size(); ++i) EXPECT_EQ(exact.tests[i].name, wrong.tests[i].name);
   const std::size_t judged = exact.judgement.tests.size();
-  ASSERT_EQ(exact.tests.size(), judged + 6);
+  ASSERT_EQ(exact.tests.size(), judged + 7);
   for (std::size_t i = 0; i < judged; ++i) {
     EXPECT_EQ(exact.tests[i].name, exact.judgement.tests[i].name);
     const double p = exact.judgement.tests[i].p_value;
