@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <stdexcept>
 
 namespace credence::internal {
@@ -13,6 +14,8 @@ std::filesystem::path data_set_folder(const std::string& directory, const char* 
 
 std::vector<std::filesystem::path> data_set_folders(const std::vector<std::string>& directories,
                                                     const char* name) {
+  const char* const named = std::getenv("CREDENCE_DATA");
+  if (directories.empty() && named != nullptr) return {data_set_folder(named, name)};
   if (directories.empty()) {
     throw std::invalid_argument(
         "--data: name the folder with the data set, or set CREDENCE_DATA (docs/datasets.md)");

@@ -11,7 +11,7 @@ namespace credence::internal {
 /// Where the files of a data set are: in DIR/`name` if there is such a folder, else in DIR itself.
 std::filesystem::path data_set_folder(const std::string& directory, const char* name);
 
-/// The same of every --data. Throws std::invalid_argument for none.
+/// The same of every --data, or without any of CREDENCE_DATA. Throws std::invalid_argument for none.
 std::vector<std::filesystem::path> data_set_folders(const std::vector<std::string>& directories,
                                                     const char* name);
 

@@ -104,8 +104,7 @@ void add_replay_command(CLI::App& app) {
   command
       ->add_option("--data", options->data, "folder of the data; mrclam: repeatable; default: CREDENCE_DATA")
       ->type_name("DIR")
-      ->allow_extra_args(false)
-      ->envname("CREDENCE_DATA");
+      ->allow_extra_args(false);
   command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3")
       ->delimiter(',')
       ->check(CLI::Range(1, 5))

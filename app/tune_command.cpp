@@ -64,7 +64,9 @@ void add_tune_command(CLI::App& app) {
   command->add_option("--write", options->write, "a new file for the tuned scenario")
       ->type_name("FILE")
       ->check(writable_file);
-  command->add_option("--data", options->data, "carpark, mrclam: folder of the data; repeatable")
+  command
+      ->add_option("--data", options->data,
+                   "carpark, mrclam: folder of the data; mrclam: repeatable; default: CREDENCE_DATA")
       ->type_name("DIR")
       ->allow_extra_args(false);
   command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3 (default all)")

@@ -41,8 +41,10 @@ TEST_F(DataSetFolder, IsNamedByTheEnvironmentWhereNoOptionDoes) {
                        "exec env CREDENCE_DATA=named " + credence_binary().string() + " " + arguments}))
         .err;
   };
-  EXPECT_EQ(said("replay carpark"), "credence: named/data_set.mat: there is no such file\n");
-  EXPECT_EQ(said("replay carpark --data ."), "credence: ./data_set.mat: there is no such file\n");
+  for (const std::string command : {"replay", "tune"}) {
+    EXPECT_EQ(said(command + " carpark"), "credence: named/data_set.mat: there is no such file\n");
+    EXPECT_EQ(said(command + " carpark --data ."), "credence: ./data_set.mat: there is no such file\n");
+  }
 }
 
 TEST_F(DataSetFolder, IsNamedOnceOfTheCarPark) {
