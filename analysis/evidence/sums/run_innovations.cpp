@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/sort/pdqsort/pdqsort.hpp>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -20,7 +21,7 @@ double normal_score(double u) {
 /// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.
 CoverageCount count_ties(std::vector<double> values) {
   constexpr double kEqual = 1e-9;
-  std::ranges::sort(values);
+  boost::sort::pdqsort_branchless(values.begin(), values.end());
   CoverageCount ties;
   const auto equal = [&](std::size_t i) {  // to the one before
     return i > 0 && i < values.size() &&

@@ -186,9 +186,9 @@ MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
   for (const BlockSums& block : e.blocks) tests.p_values.add(two_sided(block.runs.moments));
   if (second.test.reason.empty()) tests.add(second.test.p_value);
   tests.p_values.add(step_profile_p_value(e.whole_runs.nees));
-  SmallestPValue steps;
-  for (const SkewedMoments& step : e.law.nis_at) steps.add(two_sided(step));
-  tests.p_values.add(std::min(1.0, kMoreForSteps * steps.adjusted()));
+  const LeastPValue steps = least_run_mean_p_value(e.law.nis_at, 1.0, kFewestRuns);
+  if (steps.tests > 0)
+    tests.p_values.add(std::min(1.0, kMoreForSteps * (steps.p_value * static_cast<double>(steps.tests))));
   return tests;
 }
 

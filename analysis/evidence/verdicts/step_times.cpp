@@ -28,8 +28,8 @@ void StepTimes::add(std::int64_t step, double time_s) {
 
 void StepTimes::place(std::int64_t step, double time_s) {
   for (; step > kMostSteps * stride_; stride_ *= 2) drop_every_second(elapsed_s_);
-  if (!agreed_ || (step - 1) % stride_ != 0) return;
-  const auto k = static_cast<std::size_t>((step - 1) / stride_);
+  if (!agreed_ || (stride_ > 1 && (step - 1) % stride_ != 0)) return;
+  const auto k = static_cast<std::size_t>(stride_ > 1 ? (step - 1) / stride_ : step - 1);
   if (elapsed_s_.size() <= k) elapsed_s_.resize(k + 1, kNaN);
   if (std::isnan(run_begin_s_)) {
     const bool alone = first_step_ == 0;

@@ -125,10 +125,9 @@ double chi_square_upper_quantile(double probability, double dof) {
 }
 
 double two_sided_p_value(double sum, double total_dof) {
-  const double lower = chi_square_cdf(sum, total_dof);
-  const double upper = chi_square_survival(sum, total_dof);
-  if (std::isnan(lower)) return lower;
-  return std::min(1.0, 2.0 * std::min(lower, upper));
+  // The median is less than dof: above it the upper tail is the smaller one.
+  const double lower = sum < total_dof ? chi_square_cdf(sum, total_dof) : 1.0;
+  return std::min(2.0 * (lower <= 0.5 ? lower : chi_square_survival(sum, total_dof)), 1.0);
 }
 
 ChiSquareBounds mean_bounds(double total_dof, double count, double confidence) {

@@ -58,13 +58,21 @@ double pessimistic_quantile(double p, double dof) {
   return p < 0.25 ? std::max(near, student_quantile_two_sided(1.0 - 4.0 * p, dof / 3.0)) : near;
 }
 
-DirectedPValues score_p_values(const SkewedMoments& moments, double expected) {
-  const double dof = static_cast<double>(moments.count - 1);
+struct DirectedScores {
+  double optimistic, pessimistic;  ///< large: the mean is too large, or too small
+};
+
+DirectedScores scores_of(const SkewedMoments& moments, double expected) {
   const double cube = positive_mean_score(without_skewness(moments), expected);
   const double hall = hall_score(moments, expected);
   const double cautious = hall_score(moments, expected, cautious_skewness(moments));
-  return {.optimistic = student_upper_p_value(std::min(cube, hall), dof),
-          .pessimistic = pessimistic_p_value(-std::max(cube, cautious), dof)};
+  return {std::min(cube, hall), -std::max(cube, cautious)};
+}
+
+DirectedPValues score_p_values(const DirectedScores& scores, std::int64_t count) {
+  const double dof = static_cast<double>(count - 1);
+  return {.optimistic = student_upper_p_value(scores.optimistic, dof),
+          .pessimistic = pessimistic_p_value(scores.pessimistic, dof)};
 }
 
 }  // namespace
@@ -80,14 +88,46 @@ DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expe
   if (!has_mean(run_averages)) return {.optimistic = kNaN, .pessimistic = kNaN};
   if (run_averages.count == 1) return bound_p_values(run_averages, expected, least_dof);
   const bool equal = run_averages.m2 <= 0.0;
-  const DirectedPValues scores =
-      equal ? equal_runs_p_values(run_averages.mean, expected) : score_p_values(run_averages, expected);
+  const DirectedPValues scores = equal
+                                     ? equal_runs_p_values(run_averages.mean, expected)
+                                     : score_p_values(scores_of(run_averages, expected), run_averages.count);
   if (run_averages.count >= kFewestRunsForScores) return scores;
   const double cube =
       equal ? scores.optimistic
             : student_upper_p_value(positive_mean_score(without_skewness(run_averages), expected),
                                     static_cast<double>(run_averages.count - 1));
   return {.optimistic = cube, .pessimistic = bound_p_values(run_averages, expected, least_dof).pessimistic};
+}
+
+LeastPValue least_run_mean_p_value(std::span<const SkewedMoments> averages, double expected,
+                                   std::int64_t fewest) {
+  require_positive("expected", expected);
+  LeastPValue least;
+  std::int64_t count = 0;  // of the runs that the scores so far are of
+  DirectedScores furthest{};
+  for (const SkewedMoments& moments : averages) {
+    if (moments.count < fewest || !has_mean(moments)) continue;
+    double p = 1.0;
+    if (moments.count >= kFewestRunsForScores && moments.m2 > 0.0) {
+      const DirectedScores scores = scores_of(moments, expected);
+      const bool as_many = moments.count == count;
+      count = moments.count;
+      if (as_many && scores.optimistic <= furthest.optimistic && scores.pessimistic <= furthest.pessimistic) {
+        ++least.tests;
+        continue;
+      }
+      furthest = as_many ? DirectedScores{std::max(furthest.optimistic, scores.optimistic),
+                                          std::max(furthest.pessimistic, scores.pessimistic)}
+                         : scores;
+      p = score_p_values(scores, count).two_sided();
+    } else {
+      p = run_mean_p_values(moments, expected).two_sided();
+    }
+    if (std::isnan(p)) continue;
+    least.p_value = std::min(least.p_value, p);
+    ++least.tests;
+  }
+  return least;
 }
 
 MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confidence, double least_dof) {

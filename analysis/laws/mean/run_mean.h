@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "analysis/laws/mean/student.h"
 #include "montecarlo/engine/skewed_moments.h"
@@ -47,6 +48,16 @@ struct DirectedPValues {
 /// is the weakest. NaN for no runs, or a mean that is not finite or negative; runs that are all equal decide
 /// by their mean. Throws std::invalid_argument unless expected > 0 and least_dof > 0 are finite.
 DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expected, double least_dof = 1.0);
+
+/// The least two-sided p-value of E X = expected of several averages, NaN left out, and how many there are.
+/// Those of fewer than `fewest` runs are left out, too. Of averages over as many runs each, as of the steps
+/// of a study, few p-values are computed: those of scores that are further out than all before.
+struct LeastPValue {
+  double p_value = 1.0;
+  std::int64_t tests = 0;
+};
+LeastPValue least_run_mean_p_value(std::span<const SkewedMoments> averages, double expected,
+                                   std::int64_t fewest);
 
 /// The interval of all means that neither direction rejects at (1 − confidence)/2: as E X is the factor
 /// between the true and the claimed covariance where that is the same for all steps, the interval of the

@@ -7,7 +7,7 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <map>
 #include <stdexcept>
-#include <utility>
+#include <tuple>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/require.h"
@@ -73,20 +73,21 @@ CoverageVerdict judge_coverage(std::span<const CoverageCount> per_step, std::spa
   CoverageVerdict result;
   double smallest = 2.0;
   double expected_inside = 0.0;
-  // Steps share few counts, and an interval costs two inverse beta functions.
-  std::map<std::pair<std::int64_t, std::int64_t>, ProportionInterval> intervals;
-  const auto interval_of = [&](const CoverageCount& count) {
-    const auto [entry, is_new] = intervals.try_emplace({count.inside, count.total});
-    if (is_new) entry->second = clopper_pearson(count, confidence);
+  // Steps share few counts, and one costs two incomplete beta functions and two inverse ones.
+  std::map<std::tuple<std::int64_t, std::int64_t, double>, CoverageStep> judged;
+  const auto judged_step = [&](const CoverageCount& count, double share) -> const CoverageStep& {
+    const auto [entry, is_new] = judged.try_emplace({count.inside, count.total, share});
+    if (is_new) {
+      entry->second = {.count = count,
+                       .interval = clopper_pearson(count, confidence),
+                       .expected = share,
+                       .p_value = binomial_p_value(count, share)};
+    }
     return entry->second;
   };
   result.steps.reserve(per_step.size());
   for (std::size_t k = 0; k < per_step.size(); ++k) {
-    const CoverageStep step{.count = per_step[k],
-                            .interval = interval_of(per_step[k]),
-                            .expected = expected[k],
-                            .p_value = binomial_p_value(per_step[k], expected[k])};
-    result.steps.push_back(step);
+    const CoverageStep& step = result.steps.emplace_back(judged_step(per_step[k], expected[k]));
     if (step.count.total == 0) continue;
     ++result.tests;
     result.pooled.merge(step.count);

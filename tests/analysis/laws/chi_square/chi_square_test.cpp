@@ -123,6 +123,10 @@ TEST(ChiSquare, PValueMeetsConfidenceAtTheBounds) {
     const ChiSquareBounds bounds = mean_bounds(dof, 1.0, 0.99);
     EXPECT_NEAR(two_sided_p_value(bounds.lower, dof), 0.01, 1e-8);
     EXPECT_NEAR(two_sided_p_value(bounds.upper, dof), 0.01, 1e-8);
+    for (const double x : {0.3 * dof, 0.9 * dof, dof - 0.7, dof - 0.6, dof, 1.1 * dof, 3.0 * dof}) {
+      const double smaller = std::min(chi_square_cdf(x, dof), chi_square_survival(x, dof));
+      EXPECT_EQ(two_sided_p_value(x, dof), std::min(1.0, 2.0 * smaller)) << x << " of " << dof;
+    }
   }
 }
 

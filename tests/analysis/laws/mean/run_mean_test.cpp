@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
@@ -13,6 +15,18 @@
 
 namespace credence::internal {
 namespace {
+
+/// As least_run_mean_p_value, of p-values.
+struct SmallestOfAll {
+  double p_value = 1.0;
+  std::int64_t tests = 0;
+
+  void add(double p) {
+    if (std::isnan(p)) return;
+    p_value = std::min(p_value, p);
+    ++tests;
+  }
+};
 
 TEST(RunMean, AgreesWithTheReference) {
   // sharp_verdict.py golden.
@@ -140,6 +154,29 @@ TEST(RunMean, NoIntervalOfAMeanOfSquaresBeginsBelowZero) {
   SkewedMoments moments;
   for (int run = 0; run < 24; ++run) moments.add(run == 0 ? 500.0 : 1.0 + 0.01 * run);
   EXPECT_EQ(run_mean_interval(moments, 0.95).lower, 0.0);
+}
+
+TEST(RunMean, TheLeastPValueOfManyIsThatOfOneAfterTheOther) {
+  std::mt19937_64 bits(5);
+  std::gamma_distribution<double> average(4.0, 0.25);
+  for (const double expected : {0.9, 1.0, 1.1}) {
+    std::vector<SkewedMoments> all;
+    SmallestOfAll smallest;
+    for (int i = 0; i < 300; ++i) {
+      SkewedMoments moments;
+      const int runs = i % 100 < 90 ? 40 : 15 + i % 10;
+      for (int run = 0; run < runs; ++run) moments.add(i % 50 == 7 ? 1.0 : average(bits));
+      if (i % 60 == 11) moments.add(std::numeric_limits<double>::infinity());
+      all.push_back(moments);
+      if (moments.count >= 18) smallest.add(run_mean_p_values(moments, expected).two_sided());
+      const LeastPValue least = least_run_mean_p_value(all, expected, 18);
+      ASSERT_EQ(least.p_value, smallest.p_value) << i;
+      ASSERT_EQ(least.tests, smallest.tests) << i;
+    }
+    EXPECT_GT(smallest.tests, 280);
+  }
+  EXPECT_EQ(least_run_mean_p_value({}, 1.0, 1).tests, 0);
+  EXPECT_THROW(least_run_mean_p_value({}, 0.0, 1), std::invalid_argument);
 }
 
 TEST(RunMean, DegenerateSamples) {
