@@ -15,6 +15,7 @@
 #include "datasets/logs/conventions/log_conventions.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
+#include "datasets/logs/short_number.h"
 #include "datasets/logs/symmetry.h"
 
 namespace credence::internal {
@@ -50,6 +51,7 @@ FilterLogReader::FilterLogReader(const std::filesystem::path& file) : lines_(fil
   }
   for (const std::string_view name : comma_fields(line)) names_.emplace_back(name);
   fields_.resize(static_cast<std::size_t>(header_.columns));
+  long_.resize(fields_.size() + 1);  // and of all fields too many
   noise_.resize(header_.innovations.size());
 }
 
@@ -79,36 +81,39 @@ void FilterLogReader::read_comment(std::string_view line) {
 }
 
 void FilterLogReader::parse_fields(std::string_view line) {
+  static_assert(LineReader::kReadable >= kReadBeyond);
+  constexpr std::ptrdiff_t kLongestShort = 15;  // characters
   std::size_t count = 0;
   const std::size_t columns = fields_.size();
-  double* const fields = fields_.data();
-  const char* const line_end = line.data() + line.size();
-  for (std::size_t begin = 0; begin <= line.size(); ++count) {
-    // The common case: a number without blanks.
-    double plain = 0.0;
-    const auto [stop, error] = std::from_chars(line.data() + begin, line_end, plain);
-    const bool whole = error == std::errc() && (stop == line_end || *stop == ',') && std::isfinite(plain);
-    const std::size_t end =
-        whole ? static_cast<std::size_t>(stop - line.data()) : std::min(line.find(',', begin), line.size());
-    if (count < columns && whole) {
-      fields[count] = plain;
-    } else if (count < columns) {
-      const std::string_view field = trim_quotes(trim_blanks(line.substr(begin, end - begin)));
-      if (field.empty() || is_nan_word(field)) {
-        fields[count] = std::numeric_limits<double>::quiet_NaN();
-      } else if (const std::optional<double> number = parse_finite(field)) {
-        fields[count] = *number;
-      } else {
-        lines_.fail(
-            fmt::format("column {}: '{}' is not a finite number (a missing value is a blank field or nan)",
-                        shown_field(names_[count]), shown_field(field)));
-      }
+  const char* begin = line.data();
+  const char* const line_end = begin + line.size();
+  for (; begin <= line_end; ++begin, ++count) {
+    double number = 0.0;
+    char& is_long = long_[std::min(count, columns)];
+    const char* end = is_long ? nullptr : read_short_number(begin, line_end, number);
+    if (end == nullptr) {
+      const auto [stop, error] = std::from_chars(begin, line_end, number);
+      is_long = stop - begin > kLongestShort;
+      if (error == std::errc() && std::isfinite(number)) end = stop;
     }
-    begin = end + 1;
+    if (end == nullptr || (end != line_end && *end != ',')) {
+      end = std::find(begin, line_end, ',');
+      if (count < columns) number = parse_field({begin, end}, count);
+    }
+    if (count < columns) fields_[count] = number;
+    begin = end;
   }
   if (count != columns) {
     lines_.fail(fmt::format("{} fields where the header names {} columns", count, columns));
   }
+}
+
+double FilterLogReader::parse_field(std::string_view text, std::size_t column) const {
+  const std::string_view field = trim_quotes(trim_blanks(text));
+  if (field.empty() || is_nan_word(field)) return kNaN;
+  if (const std::optional<double> number = parse_finite(field)) return *number;
+  lines_.fail(fmt::format("column {}: '{}' is not a finite number (a missing value is a blank field or nan)",
+                          shown_field(names_[column]), shown_field(field)));
 }
 
 void FilterLogReader::check_order() {
@@ -290,7 +295,8 @@ void FilterLogReader::read_innovations(Step& row) {
                               names_[static_cast<std::size_t>(missing)]));
     }
     const Index piece = header_.layout.sensors[s].piece;
-    innovation.complete = are_complete(kept, piece);
+    const bool whole = kept.size() == columns.nu.size() && std::ssize(kept) == piece;
+    innovation.complete = whole || are_complete(kept, piece);
     take_assumed_noise(noise_[s], piece, kept, innovation.R);
   }
 }

@@ -55,6 +55,7 @@ class FilterLogReader {
  private:
   bool next_line(std::string_view& line);
   void parse_fields(std::string_view line);
+  double parse_field(std::string_view text, std::size_t column) const;
   void read_comment(std::string_view line);
   void check_order();
   void read_state(Step& row) const;
@@ -68,6 +69,7 @@ class FilterLogReader {
   LineReader lines_;
   FilterLogHeader header_;
   std::vector<double> fields_;      // NaN for a blank
+  std::vector<char> long_;          // of each column: its last number was too long for a short one
   std::vector<Index> kept_;         // components of an innovation that are there
   std::vector<Matrix> noise_;       // R of each sensor as last said, empty before
   std::vector<std::string> names_;  // of the columns, for messages

@@ -19,7 +19,7 @@ void refuse_utf16(const std::filesystem::path& file, std::string_view beginning)
 }
 
 LineReader::LineReader(std::filesystem::path file)
-    : file_(std::move(file)), in_(open_data(file_)), buffer_(kFirstBuffer) {
+    : file_(std::move(file)), in_(open_data(file_)), buffer_(kFirstBuffer + kReadable) {
   fill();
   refuse_utf16(file_, {buffer_.data(), end_});
 }
@@ -28,13 +28,13 @@ bool LineReader::fill() {
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
-  if (end_ == buffer_.size()) {
-    if (buffer_.size() >= kLongestLine) {
+  if (end_ + kReadable == buffer_.size()) {
+    if (end_ >= kLongestLine) {
       throw DataError(file_, std::to_string(line_number_ + 1), "the line is longer than 16 MB");
     }
-    buffer_.resize(2 * buffer_.size());
+    buffer_.resize(2 * end_ + kReadable);
   }
-  in_.read(buffer_.data() + end_, static_cast<std::streamsize>(buffer_.size() - end_));
+  in_.read(buffer_.data() + end_, static_cast<std::streamsize>(buffer_.size() - kReadable - end_));
   if (in_.bad()) throw DataError(file_, "", "cannot be read");
   const auto count = static_cast<std::size_t>(in_.gcount());
   end_ += count;

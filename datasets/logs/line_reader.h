@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "datasets/logs/short_number.h"
 
 namespace credence::internal {
 
@@ -19,6 +22,9 @@ void refuse_utf16(const std::filesystem::path& file, std::string_view beginning)
 /// the middle of a number would otherwise pass for a whole one).
 class LineReader {
  public:
+  /// So many characters behind each line may be read, too.
+  static constexpr std::size_t kReadable = static_cast<std::size_t>(kReadBeyond);
+
   explicit LineReader(std::filesystem::path file);
 
   /// The next line without its end, valid until the next call; false at the end of the file.
@@ -36,7 +42,7 @@ class LineReader {
 
   std::filesystem::path file_;
   std::ifstream in_;
-  std::vector<char> buffer_;
+  std::vector<char> buffer_;         // with kReadable characters behind what is filled
   std::size_t begin_ = 0, end_ = 0;  // what of the buffer is still to be given
   std::int64_t line_number_ = 0, bytes_read_ = 0;
 };
