@@ -101,10 +101,15 @@ std::vector<Block> calibration_parts(const RunLayout& layout) {
   return {std::move(all)};
 }
 
+bool CalibrationRecorder::takes(const RunLayout& layout) {
+  const Index n = std::ssize(layout.states);
+  return layout.has_truth && layout.joint_covariance && n > 0 && n <= kLargest;
+}
+
 void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
   close_run();
   const Index n = std::ssize(layout.states);
-  open_ = layout.has_truth && layout.joint_covariance && n > 0 && n <= kLargest && runs_.size() < kMostRuns;
+  open_ = takes(layout) && runs_.size() < kMostRuns;
   if (!open_) return;
   if (!same_states(layout, layout_)) {
     open_ = n > std::ssize(layout_.states);
@@ -129,18 +134,25 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
 }
 
 void CalibrationRecorder::add(const Step& step, double distance_m, FactoredState factored) {
+  if (!step.problem.empty()) return;
+  if (factored.factor != nullptr) return add(factored, distance_m);
   const auto n = static_cast<Index>(layout_.states.size());
-  if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
-  double nees = 0.0;
-  if (factored.factor != nullptr) {
-    nees = factored.normalised->whole.value / static_cast<double>(n);
-  } else {
-    if (!step.error.allFinite() || !factor_.compute(step.P)) return;
-    whitened_ = step.error;
-    factor_.solve_lower(whitened_);
-    nees = whitened_.squaredNorm() / static_cast<double>(n);
-    factored = {&factor_, nullptr};
-  }
+  if (!open_ || std::ssize(step.states) != n || step.error.size() != n) return;
+  if (!step.error.allFinite() || !factor_.compute(step.P)) return;
+  whitened_ = step.error;
+  factor_.solve_lower(whitened_);
+  add({step.error, step.P, whitened_.squaredNorm(), {&factor_, nullptr}}, distance_m);
+}
+
+void CalibrationRecorder::add(FactoredState factored, double distance_m) {
+  const NormalisedStep& step = *factored.normalised;
+  if (!open_ || step.states.size() != layout_.states.size()) return;
+  add({step.error, step.P, step.whole.value, factored}, distance_m);
+}
+
+void CalibrationRecorder::add(const Row& row, double distance_m) {
+  const auto n = static_cast<Index>(layout_.states.size());
+  const double nees = row.nees / static_cast<double>(n);
   if (!std::isfinite(nees)) return;
   CalibrationSum& sum = group_at_hand();
   ++sum.rows;
@@ -151,10 +163,10 @@ void CalibrationRecorder::add(const Step& step, double distance_m, FactoredState
     sum.marginal[0] += nees;
     sum.pairs[0] += static_cast<double>(n) * nees;
   } else {
-    add_parts(step, factored, sum);
+    add_parts(row, sum);
   }
   for (Index i = 0; i < n; ++i) {
-    const double squared = step.error[i] * step.error[i], variance = step.P(i, i);
+    const double squared = row.error[i] * row.error[i], variance = row.P(i, i);
     CalibrationSum::Bin& bin = bin_of(i, variance, sum);
     ++bin.rows;
     bin.squared += squared;
@@ -162,7 +174,7 @@ void CalibrationRecorder::add(const Step& step, double distance_m, FactoredState
     bin.normalised += squared / variance;
   }
   DistanceSums::Bin here{.rows = 1, .nees = nees};
-  if (!position_.empty()) add_position(step, here);
+  if (!position_.empty()) add_position(row, here);
   run_.distance.add(distance_m, here);
 }
 
@@ -204,14 +216,14 @@ CalibrationSum& CalibrationRecorder::group_at_hand() {
   return group;
 }
 
-void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
-  const double largest = largest_variance(step.P, position_);
-  const double squared = squared_norm(step.error, position_);
+void CalibrationRecorder::add_position(const Row& row, DistanceSums::Bin& here) {
+  const double largest = largest_variance(row.P, position_);
+  const double squared = squared_norm(row.error, position_);
   for (std::size_t r = 0; r < kRisks.size(); ++r) {
     if (squared > limits_[r] * largest) ++run_.beyond[r];
   }
   here.squared = squared;
-  for (const Index i : position_) here.variance += step.P(i, i);
+  for (const Index i : position_) here.variance += row.P(i, i);
   const auto cell = [](double value) {
     constexpr double kCellsOfADecade = 8.0, kLeast = 1e-12, kMost = 1e12;  // m
     return static_cast<int>(std::floor(kCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
@@ -219,25 +231,25 @@ void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here
   ++run_.stanford[{cell(std::sqrt(squared)), cell(std::sqrt(largest))}];
 }
 
-void CalibrationRecorder::add_parts(const Step& step, const FactoredState& factored, CalibrationSum& sum) {
+void CalibrationRecorder::add_parts(const Row& row, CalibrationSum& sum) {
   const std::size_t m = parts_.size();
-  parts_whitened_.setZero(step.error.size(), static_cast<Index>(m));  // L⁻¹ e_a, of the error of a part alone
+  parts_whitened_.setZero(row.error.size(), static_cast<Index>(m));  // L⁻¹ e_a, of the error of a part alone
   for (std::size_t a = 0; a < m; ++a) {
     const std::vector<Index>& at = parts_[a].states;
     auto whitened = parts_whitened_.col(static_cast<Index>(a));
-    for (const Index state : at) whitened[state] = step.error[state];
-    factored.factor->solve_lower(whitened);
-    if (factored.normalised != nullptr) {
-      const NormalisedSquare& part = factored.normalised->blocks[block_of_part_[a]];
+    for (const Index state : at) whitened[state] = row.error[state];
+    row.factored.factor->solve_lower(whitened);
+    if (row.factored.normalised != nullptr) {
+      const NormalisedSquare& part = row.factored.normalised->blocks[block_of_part_[a]];
       sum.marginal[a] += part.value / static_cast<double>(at.size());
       continue;
     }
     if (at.size() == 1) {
-      const double u = step.error[at[0]] / std::sqrt(step.P(at[0], at[0]));
+      const double u = row.error[at[0]] / std::sqrt(row.P(at[0], at[0]));
       sum.marginal[a] += u * u;
       continue;
     }
-    take_block(step.error, step.P, at, part_error_, part_P_);
+    take_block(row.error, row.P, at, part_error_, part_P_);
     if (!part_factor_.compute(part_P_)) continue;  // by rounding alone: P has a factor
     part_factor_.solve_lower(part_error_);
     sum.marginal[a] += part_error_.squaredNorm() / static_cast<double>(at.size());

@@ -78,10 +78,15 @@ class CalibrationRecorder {
   static constexpr std::size_t kMostRuns = 4096;
   static constexpr std::array<double, 3> kRisks = {1e-2, 1e-3, 1e-5};
 
+  /// Whether rows of this layout can be used.
+  static bool takes(const RunLayout& layout);
+
   void begin_run(const RunLayout& layout, std::string name);
   /// distance_m: that the truth has travelled in the run so far; NaN where it is not known. `factored`: of
   /// this step, by an EvidenceRecorder of the same layout, so that it is not done again.
   void add(const Step& step, double distance_m = kNaN, FactoredState factored = {});
+  /// The same of what is known of the step alone, neither of which is null.
+  void add(FactoredState factored, double distance_m);
 
   /// Of the runs so far, at most kMostRuns, in their order.
   std::vector<CalibrationRun> take();
@@ -93,8 +98,16 @@ class CalibrationRecorder {
  private:
   void close_run();
   CalibrationSum& group_at_hand();
-  void add_parts(const Step& step, const FactoredState& factored, CalibrationSum& sum);
-  void add_position(const Step& step, DistanceSums::Bin& here);
+  /// An error of all states, its P = L Lᵀ, and eᵀ P⁻¹ e.
+  struct Row {
+    const Vector& error;
+    const Matrix& P;
+    double nees = 0.0;
+    FactoredState factored{};
+  };
+  void add(const Row& row, double distance_m);
+  void add_parts(const Row& row, CalibrationSum& sum);
+  void add_position(const Row& row, DistanceSums::Bin& here);
   /// That of a state with this variance in `sum`, which is the group at hand.
   CalibrationSum::Bin& bin_of(Index state, double variance, CalibrationSum& sum);
 

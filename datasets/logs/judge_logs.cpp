@@ -72,11 +72,40 @@ class NotifyingScope {
   std::condition_variable& waited_for_;
 };
 
-/// Adds what comes to the sums of a group.
+/// Adds rows up.
+class GroupSums final : public RowSink {
+ public:
+  explicit GroupSums(CalibrationRecorder& calibration) : calibration_(calibration) {}
+
+  void begin_run(const std::filesystem::path& file, const RunLayout& layout,
+                 const std::string& name) override {
+    sums_.begin_file(file, layout);
+    sums_.begin_run();
+    calibration_.begin_run(layout, name);
+  }
+  void add(const NormalisedRow& row) override {
+    if (row.left) {
+      if (sums_.add(row.state)) calibration_.add(row.state, row.travelled_m, sums_.factored());
+      return;
+    }
+    if (!row.problem.empty()) return sums_.reject(row.step, row.line, row.problem);
+    sums_.add(row.normalised);
+    if (row.factored) return calibration_.add({&row.factor, &row.normalised}, row.travelled_m);
+    calibration_.add(row.state, row.travelled_m);
+  }
+  void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
+
+  EvidenceRecorder& sums() { return sums_; }
+
+ private:
+  EvidenceRecorder sums_;
+  CalibrationRecorder& calibration_;
+};
+
+/// Looks at what comes, and hands its rows on.
 class GroupSink final : public LogSink {
  public:
-  GroupSink(Group& group, EvidenceRecorder& sums, ByteCount& bytes)
-      : group_(group), sums_(sums), bytes_(bytes) {}
+  GroupSink(Group& group, ByteCount& bytes) : group_(group), bytes_(bytes) {}
 
   void begin_file(const std::filesystem::path& file) {
     file_ = file;
@@ -84,34 +113,42 @@ class GroupSink final : public LogSink {
     number_.begin_file();
     group_.fingerprints.begin_file(file);
   }
+  /// The rows that come are handed on to these.
+  LogSink& to(RowSink& rows) {
+    rows_ = &rows;
+    return *this;
+  }
   std::int64_t steps() const { return steps_; }
 
   void begin_run(const RunLayout& layout) override {
     require_sensors(layout);
-    sums_.begin_file(file_, layout);
-    sums_.begin_run();
+    if (layout != layout_) {
+      layout_ = layout;
+      places_ = {};
+    }
+    calibrated_ = CalibrationRecorder::takes(layout);
     const std::optional<double> number = number_.next();
-    const std::string name = run_name(file_.string(), number);
     group_.fingerprints.begin_run(number);
     group_.times.begin_run();
-    group_.judged.begin_run(name, layout);
+    group_.judged.begin_run(run_name(file_.string(), number), layout);
     // The same file in another folder or format is another filter's log of these runs.
-    group_.calibration.begin_run(layout, run_name(file_.stem().string(), number));
+    rows_->begin_run(file_, layout, run_name(file_.stem().string(), number));
   }
   void run_number(double number) override { number_.tell(number); }
   void add(const Step& step) override {
     stop_point();
     ++steps_;
-    const double travelled_m = std::exchange(travelled_m_, kNaN), time_s = std::exchange(time_s_, kNaN);
-    if (sums_.add(step)) group_.calibration.add(step, travelled_m, sums_.factored());
+    NormalisedRow& row = rows_->room();
+    normalise(step, row);
+    rows_->add(row);
     group_.judged.add(step);
     group_.fingerprints.add(step);
-    group_.times.add(step.step, time_s);
+    group_.times.add(step.step, std::exchange(time_s_, kNaN));
   }
   void travelled(double distance_m) override { travelled_m_ = distance_m; }
   void at(double time_s) override { time_s_ = time_s; }
   void end_run(Outcome outcome, std::int64_t step) override {
-    sums_.end_run(outcome, step);
+    rows_->end_run(outcome, step);
     group_.judged.failed();
   }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
@@ -153,36 +190,72 @@ class GroupSink final : public LogSink {
     return group_.poses.back();
   }
 
+  void normalise(const Step& step, NormalisedRow& row) {
+    row.travelled_m = std::exchange(travelled_m_, kNaN);
+    row.left = rows_->waits();
+    if (row.left) {
+      row.state = step;
+      return;
+    }
+    row.step = step.step;
+    row.line = step.line;
+    row.problem = step.problem;
+    if (!step.states.empty()) places_.find(step.states, layout_);
+    if (row.problem.empty()) row.problem = normaliser_.normalise(step, layout_, places_, row.normalised);
+    row.factored = false;
+    if (!row.problem.empty() || !calibrated_) return;
+    const SmallCholesky* const factor = normaliser_.factor_of_state();
+    row.factored = factor != nullptr;
+    if (row.factored) {
+      row.factor = *factor;
+    } else {
+      row.state.states = step.states;
+      row.state.error = step.error;
+      row.state.P = step.P;
+    }
+  }
+
   Group& group_;
-  EvidenceRecorder& sums_;
   ByteCount& bytes_;
+  RowSink* rows_ = nullptr;
+  RunLayout layout_;  ///< of the run
+  bool calibrated_ = false;
+  StepPlaces places_;
+  StepNormaliser normaliser_;
   std::filesystem::path file_;
   std::int64_t steps_ = 0;  ///< of the file
   RunNumber number_;
   double travelled_m_ = kNaN, time_s_ = kNaN;  ///< of the next step
 };
 
+/// Reads one file after the other, and hands their rows on to `rows`.
+void read_files(std::span<const std::filesystem::path> files, const LogFileReader& read, bool partial,
+                GroupSink& sink, RowSink& rows) {
+  for (const std::filesystem::path& file : files) {
+    sink.begin_file(file);
+    try {
+      read(file, sink.to(rows));
+    } catch (const DataError& error) {
+      if (!partial || sink.steps() == 0) throw;
+      sink.remark(fmt::format("only a part could be read: {}", error.what()));
+    }
+  }
+}
+
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes,
                  const LogJudgeOptions& options, bool ahead) {
   Group group;
-  EvidenceRecorder sums;
-  GroupSink sink(group, sums, bytes);
+  GroupSums sums(group.calibration);
+  GroupSink sink(group, bytes);
+  const auto read_all = [&](RowSink& rows) { read_files(files, read, options.partial, sink, rows); };
   try {
-    for (const std::filesystem::path& file : files) {
-      sink.begin_file(file);
-      try {
-        if (ahead) {
-          read_ahead(sink, options.stop, [&](LogSink& told) { read(file, told); });
-        } else {
-          read(file, sink);
-        }
-      } catch (const DataError& error) {
-        if (!options.partial || sink.steps() == 0) throw;
-        sink.remark(fmt::format("only a part could be read: {}", error.what()));
-      }
-      for (Evidence& chunk : sums.take_chunks()) group.chunks.push_back(std::move(chunk));
+    if (ahead) {
+      read_ahead(sums, options.stop, read_all);
+    } else {
+      read_all(sums);
     }
-    group.chunks.push_back(sums.take());
+    group.chunks = sums.sums().take_chunks();
+    group.chunks.push_back(sums.sums().take());
     group.judged.end_run();
   } catch (...) {
     group.error = std::current_exception();

@@ -54,8 +54,8 @@ struct LogJudgeResult {
   bool explained() const;
 };
 
-/// Reads the files in parallel, with memory for a few groups of them; of fewer groups than threads each file
-/// is read while it is added up (read_ahead.h).
+/// Reads the files in parallel, with memory for a few groups of them; of fewer groups than threads each is
+/// read while it is added up (read_ahead.h).
 ///
 /// Files are taken 64 at a time, and runs are added up 64 at a time, in their order: logs of one run each
 /// give the bits of a study of our own (kChunkRuns), whatever the number of threads. Throws the error of the

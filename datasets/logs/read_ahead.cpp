@@ -1,6 +1,5 @@
 #include "datasets/logs/read_ahead.h"
 
-#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -11,40 +10,41 @@
 #include <utility>
 #include <vector>
 
-#include "core/nan.h"
 #include "core/stop_point.h"
 
 namespace credence::internal {
 namespace {
 
-/// What a reader told, one thing after the other; emptied ones keep the memory of their steps.
+/// What a reader told, one thing after the other; emptied ones keep the memory of their rows.
 class Batch {
  public:
-  /// A step, or anything else as a call.
+  /// A row, or the beginning or the end of a run as a call.
   struct Entry {
-    std::function<void(LogSink&)> call;
-    Step step;
-    double travelled_m = kNaN, time_s = kNaN;
+    std::function<void(RowSink&)> call;
+    NormalisedRow row;
   };
 
   Entry& next() {
     if (used_ == entries_.size()) entries_.emplace_back();
-    return entries_[used_++];
+    return entries_[used_];
   }
-  void add_numbers(Index count) { numbers_ += count; }
+  void add() {
+    constexpr Index kOfState = 8;  // error, estimate, variance, …
+    const NormalisedRow& row = entries_[used_++].row;
+    numbers_ += row.left ? row.state.P.size() : row.normalised.P.size();
+    numbers_ += kOfState * (row.left ? row.state.error.size() : row.normalised.error.size());
+  }
   bool empty() const { return used_ == 0; }
-  bool full() const { return used_ >= 128 || numbers_ >= 32'768; }
+  bool full() const { return used_ >= 512 || numbers_ >= 32'768; }
 
-  void hand_on(LogSink& sink) {
+  void hand_on(RowSink& rows) {
     for (std::size_t i = 0; i < used_; ++i) {
       Entry& entry = entries_[i];
       if (entry.call) {
-        std::exchange(entry.call, nullptr)(sink);
+        std::exchange(entry.call, nullptr)(rows);
         continue;
       }
-      if (!std::isnan(entry.travelled_m)) sink.travelled(entry.travelled_m);
-      if (!std::isnan(entry.time_s)) sink.at(entry.time_s);
-      sink.add(entry.step);
+      rows.add(entry.row);
     }
     used_ = 0;
     numbers_ = 0;
@@ -59,11 +59,13 @@ class Batch {
 /// Batches on their way from one thread to another, and back when they are empty.
 class BatchQueue {
  public:
-  /// Takes a full batch and gives an empty one; throws Stopped where nobody takes any more.
-  Batch exchange(Batch full) {
+  /// Takes a full batch and gives an empty one; throws Stopped where nobody takes any more. `waits`: for
+  /// it somebody did.
+  Batch exchange(Batch full, bool& waits) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return full_.size() < kMost || cancelled_; });
     if (cancelled_) throw Stopped{};
+    waits = taker_waits_;
     full_.push_back(std::move(full));
     changed_.notify_all();
     if (empty_.empty()) return {};
@@ -83,7 +85,9 @@ class BatchQueue {
   /// The next one; none once it is closed and all were taken, or throws why it was closed.
   std::optional<Batch> take() {
     std::unique_lock lock(mutex_);
+    taker_waits_ = true;
     changed_.wait(lock, [&] { return !full_.empty() || closed_; });
+    taker_waits_ = false;
     if (full_.empty()) {
       if (failure_) std::rethrow_exception(failure_);
       return std::nullopt;
@@ -113,64 +117,48 @@ class BatchQueue {
   std::deque<Batch> full_;
   std::vector<Batch> empty_;
   std::exception_ptr failure_;
-  bool closed_ = false, cancelled_ = false;
+  bool closed_ = false, cancelled_ = false, taker_waits_ = false;
 };
 
 /// Collects what a reader tells.
-class BatchSink final : public LogSink {
+class BatchSink final : public RowSink {
  public:
   explicit BatchSink(BatchQueue& queue) : queue_(queue) {}
 
-  void run_number(double number) override { say(&LogSink::run_number, number); }
-  void begin_run(const RunLayout& layout) override {
-    call([layout](LogSink& sink) { sink.begin_run(layout); });
+  void begin_run(const std::filesystem::path& file, const RunLayout& layout,
+                 const std::string& name) override {
+    call([=](RowSink& rows) { rows.begin_run(file, layout, name); });
   }
-  void add(const Step& step) override {
-    Batch::Entry& entry = batch_.next();
-    entry.step = step;
-    entry.travelled_m = std::exchange(travelled_m_, kNaN);
-    entry.time_s = std::exchange(time_s_, kNaN);
-    batch_.add_numbers(step.P.size());
-    send_if_full();
+  NormalisedRow& room() override { return batch_.next().row; }
+  void add(const NormalisedRow& row) override {
+    if (&row != &room()) room() = row;
+    added();
   }
-  void travelled(double distance_m) override { travelled_m_ = distance_m; }
-  void at(double time_s) override { time_s_ = time_s; }
+  bool waits() const override { return waits_; }
   void end_run(Outcome outcome, std::int64_t step) override {
-    call([=](LogSink& sink) { sink.end_run(outcome, step); });
+    call([=](RowSink& rows) { rows.end_run(outcome, step); });
   }
-  void remark(std::string sentence) override { say(&LogSink::remark, std::move(sentence)); }
-  void hint(std::string sentence) override { say(&LogSink::hint, std::move(sentence)); }
-  void mistake(std::string sentence) override { say(&LogSink::mistake, std::move(sentence)); }
-  void unexplained() override { call(&LogSink::unexplained); }
-  void charts(ChartFindings findings) override { say(&LogSink::charts, std::move(findings)); }
-  void time_offset(TimeOffset offset) override { say(&LogSink::time_offset, std::move(offset)); }
-  void truth_fit(TruthFit fit) override { say(&LogSink::truth_fit, fit); }
-  void unmatched(std::int64_t rows) override { say(&LogSink::unmatched, rows); }
-  void advance(std::int64_t bytes) override { say(&LogSink::advance, bytes); }
 
   void finish() {
-    if (!batch_.empty()) batch_ = queue_.exchange(std::exchange(batch_, {}));
+    if (!batch_.empty()) batch_ = queue_.exchange(std::exchange(batch_, {}), waits_);
   }
 
  private:
-  void call(std::function<void(LogSink&)> call) {
+  void call(std::function<void(RowSink&)> call) {
     batch_.next().call = std::move(call);
-    send_if_full();
+    added();
   }
-  template <class Value>
-  void say(void (LogSink::*tell)(Value), Value value) {
-    call([tell, value = std::move(value)](LogSink& sink) { (sink.*tell)(value); });
-  }
-  void send_if_full() {
-    if (batch_.full()) batch_ = queue_.exchange(std::exchange(batch_, {}));
+  void added() {
+    batch_.add();
+    if (batch_.full()) batch_ = queue_.exchange(std::exchange(batch_, {}), waits_);
   }
 
   BatchQueue& queue_;
   Batch batch_;
-  double travelled_m_ = kNaN, time_s_ = kNaN;  // of the next step
+  bool waits_ = false;
 };
 
-void read_into(BatchQueue& queue, const std::atomic<bool>* stop, const std::function<void(LogSink&)>& read) {
+void read_into(BatchQueue& queue, const std::atomic<bool>* stop, const std::function<void(RowSink&)>& read) {
   const StopScope scope(stop);
   BatchSink sink(queue);
   std::exception_ptr failure;
@@ -201,17 +189,17 @@ class CancelScope {
 
 }  // namespace
 
-void read_ahead(LogSink& sink, const std::atomic<bool>* stop, const std::function<void(LogSink&)>& read) {
+void read_ahead(RowSink& rows, const std::atomic<bool>* stop, const std::function<void(RowSink&)>& read) {
   BatchQueue queue;
   std::jthread reader;
   try {
     reader = std::jthread([&] { read_into(queue, stop, read); });
   } catch (const std::system_error&) {  // there are no more threads
-    return read(sink);
+    return read(rows);
   }
   const CancelScope cancel(queue);
   while (std::optional<Batch> batch = queue.take()) {
-    batch->hand_on(sink);
+    batch->hand_on(rows);
     queue.give_back(std::move(*batch));
   }
 }

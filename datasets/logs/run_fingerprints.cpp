@@ -31,10 +31,10 @@ std::uint64_t scattered(double value) {
   return (bits ^ (bits >> 29)) * kOdd;
 }
 
-/// The numbers of a row other than zero, in no order.
-std::uint64_t row_sum(const std::vector<double>& row) {
+/// Those other than zero, in no order.
+std::uint64_t sum_of(const Vector& numbers) {
   std::uint64_t sum = 0;
-  for (const double value : row) {
+  for (const double value : numbers) {
     if (value != 0.0) sum += scattered(value);
   }
   return sum;
@@ -45,7 +45,6 @@ std::span<const double> span_of(const Vector& v) { return {v.data(), static_cast
 }  // namespace
 
 void RunFingerprints::CoincidenceBits::add_row(const std::vector<double>& numbers) {
-  if (enough_) return;
   double of_row = 0.0;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const bool held = before_.size() == numbers.size() && before_[i] == numbers[i];
@@ -82,17 +81,19 @@ void RunFingerprints::begin_run(std::optional<double> number) {
 }
 
 void RunFingerprints::add(const Step& step) {
-  row_.assign(step.error.data(), step.error.data() + step.error.size());
-  rounded_.add_row(row_.empty() && !step.innovations.empty() ? span_of(step.innovations.front().nu)
-                                                             : std::span<const double>(row_));
-  for (const Innovation& innovation : step.innovations)
-    row_.insert(row_.end(), innovation.nu.data(), innovation.nu.data() + innovation.nu.size());
-  const std::uint64_t sum = row_sum(row_);
+  const bool of_error = step.error.size() > 0 || step.innovations.empty();
+  rounded_.add_row(span_of(of_error ? step.error : step.innovations.front().nu));
+  std::uint64_t sum = sum_of(step.error);
+  for (const Innovation& innovation : step.innovations) sum += sum_of(innovation.nu);
   hash_ = stable_hash(bytes_of(sum), hash_);
   repeated_.add_row(sum);
-  const bool enough = bits_.enough();
-  bits_.add_row(row_);
-  if (!enough && bits_.enough()) repeated_.worth(CoincidenceBits::kEnough);
+  if (!bits_.enough()) {
+    row_.assign(step.error.begin(), step.error.end());
+    for (const Innovation& innovation : step.innovations)
+      row_.insert(row_.end(), innovation.nu.begin(), innovation.nu.end());
+    bits_.add_row(row_);
+    if (bits_.enough()) repeated_.worth(CoincidenceBits::kEnough);
+  }
   if (!std::has_single_bit(static_cast<std::uint64_t>(++rows_)) || !bits_.enough()) return;
   runs_.back().longest = rows_;
   beginnings_.push_back({.hash = hash_, .run = runs_.size() - 1, .rows = rows_});

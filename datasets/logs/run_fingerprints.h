@@ -62,6 +62,7 @@ class RunFingerprints {
   /// has been on, which kEnough allows for.
   class CoincidenceBits {
    public:
+    /// Of a run of which there are not enough.
     void add_row(const std::vector<double>& numbers);
     bool enough() const { return enough_; }
     static constexpr double kEnough = 100.0;

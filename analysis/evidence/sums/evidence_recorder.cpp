@@ -115,7 +115,7 @@ void EvidenceRecorder::count(std::int64_t step) {
   sums_.joint_covariance = sums_.joint_covariance && layout_.joint_covariance;
   sums_.thin_steps(step);
   const std::int64_t stride = sums_.step_stride, before = step - 1;
-  entry_ = before % stride == 0 ? before / stride + 1 : 0;
+  entry_ = stride == 1 ? step : before % stride == 0 ? before / stride + 1 : 0;
   if (entry_ > 0) at_step(sums_.study.steps, entry_);  // a step that is rejected is one, too
 }
 
@@ -126,7 +126,7 @@ bool EvidenceRecorder::add(const Step& step, std::size_t i) {
   if (!step.states.empty()) places.find(step.states, layout_);
   if (problem.empty()) problem = normaliser_.normalise(step, layout_, places, normalised_);
   if (!problem.empty()) {
-    reject(runs_[i], step, problem);
+    reject(runs_[i], step.line, problem);
     return false;
   }
   add(runs_[i], places, normalised_);
@@ -135,8 +135,13 @@ bool EvidenceRecorder::add(const Step& step, std::size_t i) {
 
 void EvidenceRecorder::add(const NormalisedStep& step, std::size_t i) {
   count(step.step);
-  places_[i].find(step.states, layout_);
+  if (!step.states.empty()) places_[i].find(step.states, layout_);
   add(runs_[i], places_[i], step);
+}
+
+void EvidenceRecorder::reject(std::int64_t step, std::int64_t line, std::string_view problem, std::size_t i) {
+  count(step);
+  reject(runs_[i], line, problem);
 }
 
 void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
@@ -146,9 +151,9 @@ void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const Normali
   add_innovations(run, step);
 }
 
-void EvidenceRecorder::reject(OpenRun& run, const Step& step, std::string_view problem) {
+void EvidenceRecorder::reject(OpenRun& run, std::int64_t line, std::string_view problem) {
   RejectedRows& rejected = sums_.rejected[std::string(problem)];
-  if (rejected.count++ == 0) rejected.first = fmt::format("{}:{}", file_, step.line);
+  if (rejected.count++ == 0) rejected.first = fmt::format("{}:{}", file_, line);
   for (RunInnovations& innovations : run.innovations) innovations.begin_step();
 }
 

@@ -15,6 +15,7 @@ void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& la
   if (step_states == states && of_block.size() == layout.blocks.size()) return;
   states = step_states;
   lead = lead_block(layout);
+  position = position_block(layout);
   of_block.resize(layout.blocks.size());
   std::vector<Index> place(layout.states.size(), -1);
   angles.clear();
@@ -70,7 +71,7 @@ void StepNormaliser::take_moving(const Step& step, const RunLayout& layout, cons
     return;
   }
   normalised.estimate = step.estimate;
-  const auto position = position_block(layout);
+  const Index position = at.position;
   if (has_planar_map(layout)) {
     const std::vector<Index>* pose = nullptr;
     std::vector<const std::vector<Index>*> landmarks;
@@ -211,7 +212,8 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
   if (!layout.joint_covariance || step.P.rows() > kLargestTold) normalised.P.resize(0, 0);
   normalised.log_determinant = kNaN;
   blocks_.resize(layout.blocks.size());
-  normalised.blocks.assign(layout.blocks.size(), {});
+  normalised.blocks.resize(layout.blocks.size());
+  for (NormalisedSquare& block : normalised.blocks) block = {};
   if (step.states.empty()) return {};
   if (layout.joint_covariance) {
     state_.normalise(step.error, step.P);
@@ -222,22 +224,25 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
   } else {
     whole.dof = 0;
   }
-  const Index position = position_block(layout);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const std::vector<Index>& places = at.of_block[b];
     Solved& block = blocks_[b];
     block.clear();
     const bool all = std::ssize(places) == step.error.size() && layout.joint_covariance;
     const bool single = places.size() == 1;
-    if (static_cast<Index>(b) == at.lead || static_cast<Index>(b) == position || !(all || single))
-      take_block(step.error, step.P, places, block.block.error, block.block.P);
+    const bool leads = static_cast<Index>(b) == at.lead, position = static_cast<Index>(b) == at.position;
+    BlockError& own = leads ? normalised.lead : position ? normalised.position : block.block;
+    if (leads || position || !(all || single)) take_block(step.error, step.P, places, own.error, own.P);
+    if (leads && position) normalised.position = normalised.lead;
     if (places.empty()) continue;
     if (all) {
-      block.of = state_.of;
-    } else if (single) {
+      normalised.blocks[b] = state_.of;
+      continue;
+    }
+    if (single) {
       block.normalise(step.error[places[0]], step.P(places[0], places[0]));
     } else {
-      block.normalise(block.block.error, block.block.P);
+      block.normalise(own.error, own.P);
     }
     if (!block.problem.empty()) return block.problem;
     normalised.blocks[b] = block.of;
@@ -245,8 +250,6 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     whole.value += block.of.value;
     whole.dof += block.of.dof;
   }
-  if (at.lead >= 0) normalised.lead = blocks_[static_cast<std::size_t>(at.lead)].block;
-  if (position >= 0) normalised.position = blocks_[static_cast<std::size_t>(position)].block;
   return {};
 }
 

@@ -16,7 +16,7 @@ struct StepPlaces {
   std::vector<Index> states{};                 ///< of the step
   std::vector<std::vector<Index>> of_block{};  ///< empty before the first step
   std::vector<Index> angles{};
-  Index lead = -1;  ///< lead_block
+  Index lead = -1, position = -1;  ///< lead_block, position_block
 
   /// Does nothing where the states are those of the step before.
   void find(const std::vector<Index>& step_states, const RunLayout& layout);
@@ -54,7 +54,7 @@ class StepNormaliser {
     std::string_view problem = {};
     SmallCholesky factor{};  ///< one of each kind of value, so that none changes its size
     NeesSolver solver{};     ///< likewise
-    BlockError block{};  ///< of the first block, of the position, and of blocks of some but not all states
+    BlockError block{};  ///< of blocks of some but not all states, but the one that leads and the position
 
     void clear();
     void normalise(const VectorRef& e, const MatrixRef& covariance);

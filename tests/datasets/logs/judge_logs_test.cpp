@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <map>
 #include <random>
+#include <thread>
 
 #include "analysis/calibration/calibration.h"
+#include "analysis/evidence/sums/evidence_bytes.h"
 #include "analysis/evidence/verdicts/judgement.h"
 #include "datasets/logs/filter_log.h"
 #include "tests/temporary_folder.h"
@@ -100,6 +103,56 @@ TEST(JudgeLogs, SecondMomentsAreOfTheStatesTheyName) {
     const LawSums law = judge_files(both).evidence.law;
     EXPECT_EQ(law.second_moments.dim(), 3);  // kThree as a whole, and not the pose of two
     EXPECT_EQ(law.averaged, "");
+  }
+}
+
+/// A run of 2500 rows, some of which are rejected and some of which have a P without a factor; slowly: those
+/// who take its rows wait for them.
+void play_long_file(const std::filesystem::path& path, bool slowly, LogSink& sink) {
+  std::mt19937_64 bits(std::stoul(path.string()));
+  std::normal_distribution<double> normal;
+  const RunLayout layout = layout_of_file({kThree, {{"a", {2, 1}}}});
+  sink.begin_run(layout);
+  for (std::int64_t k = 1; k <= 2500; ++k) {
+    Step step{.step = k,
+              .line = k + 1,
+              .states = {0, 1, 2},
+              .error = Vector(3),
+              .P = 0.01 * Matrix::Identity(3, 3)};
+    for (double& error : step.error) error = 0.1 * normal(bits);
+    if (k % 37 == 0) step.P(1, 1) = -1.0;
+    if (k % 50 == 0) step.error[2] = step.P(2, 2) = 0.0;
+    if (k % 41 == 0) step.problem = "a covariance is not symmetric";
+    step.innovations.push_back(
+        {Vector::NullaryExpr(2, [&] { return normal(bits); }), Matrix::Identity(2, 2)});
+    sink.travelled(0.5 * static_cast<double>(k));
+    sink.add(step);
+    if (slowly && k % 500 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+TEST(JudgeLogs, TheSameBitsWhicheverThreadNormalisesTheRows) {
+  const std::vector<std::filesystem::path> paths = {"1", "2", "3", "4"};
+  const auto judged = [&](int threads, bool slowly) {
+    return judge_logs(
+        paths, [=](const std::filesystem::path& path, LogSink& sink) { play_long_file(path, slowly, sink); },
+        {.threads = threads});
+  };
+  const LogJudgeResult alone = judged(1, false);
+  EXPECT_EQ(alone.evidence.rows, 10'000);
+  EXPECT_EQ(alone.evidence.rejected.size(), 2U);
+  for (const bool slowly : {false, true}) {
+    const LogJudgeResult ahead = judged(4, slowly);
+    EXPECT_EQ(to_bytes(ahead.evidence), to_bytes(alone.evidence));
+    ASSERT_EQ(ahead.calibration.runs.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const CalibrationRun &one = ahead.calibration.runs[i], &other = alone.calibration.runs[i];
+      EXPECT_EQ(one.whole.rows, other.whole.rows);
+      EXPECT_EQ(one.whole.nees, other.whole.nees);
+      EXPECT_EQ(one.whole.pairs, other.whole.pairs);
+      EXPECT_EQ(one.coverage_factor, other.coverage_factor);
+      EXPECT_EQ(one.distance.bins().size(), other.distance.bins().size());
+    }
   }
 }
 

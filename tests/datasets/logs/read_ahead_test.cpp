@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
 #include <thread>
 
@@ -13,30 +14,23 @@ namespace credence::internal {
 namespace {
 
 /// Writes down all that it is told, and on which thread.
-class Diary final : public LogSink {
+class Diary final : public RowSink {
  public:
   std::vector<std::string> told;
-  std::int64_t most = 1'000'000;  ///< steps that it takes
+  std::int64_t most = 1'000'000;  ///< rows that it takes
   std::vector<std::thread::id> threads;
 
-  void begin_run(const RunLayout& layout) override { write("run of {}", layout.states.size()); }
-  void add(const Step& step) override {
-    if (steps_ == most) throw std::runtime_error("full");
-    ++steps_;
-    write("step {} error {} P {}", step.step, step.error.sum(), step.P.size());
+  void begin_run(const std::filesystem::path& file, const RunLayout& layout,
+                 const std::string& name) override {
+    write("{} of {} states of {}", name, layout.states.size(), file.string());
   }
-  void travelled(double distance_m) override { write("travelled {}", distance_m); }
-  void at(double time_s) override { write("at {}", time_s); }
+  void add(const NormalisedRow& row) override {
+    if (rows_ == most) throw std::runtime_error("full");
+    ++rows_;
+    write("step {} line {} error {} P {} travelled {}{}", row.step, row.line, row.normalised.error.sum(),
+          row.normalised.P.size(), row.travelled_m, row.problem);
+  }
   void end_run(Outcome outcome, std::int64_t step) override { write("{} at {}", to_string(outcome), step); }
-  void remark(std::string sentence) override { write("remark {}", sentence); }
-  void hint(std::string sentence) override { write("hint {}", sentence); }
-  void mistake(std::string sentence) override { write("mistake {}", sentence); }
-  void unexplained() override { write("unexplained"); }
-  void charts(ChartFindings findings) override { write("chart {}", findings.declared); }
-  void time_offset(TimeOffset offset) override { write("offset {}", offset.value_s); }
-  void truth_fit(TruthFit fit) override { write("fit {}", static_cast<int>(fit)); }
-  void unmatched(std::int64_t rows) override { write("unmatched {}", rows); }
-  void advance(std::int64_t bytes) override { write("advance {}", bytes); }
 
  private:
   template <class... Values>
@@ -45,39 +39,31 @@ class Diary final : public LogSink {
     threads.push_back(std::this_thread::get_id());
   }
 
-  std::int64_t steps_ = 0;
+  std::int64_t rows_ = 0;
 };
 
-Step step_of(std::int64_t number, Index n) {
-  return {.step = number,
-          .states = {},
-          .error = Vector::Constant(n, static_cast<double>(number)),
-          .P = Matrix::Identity(n, n)};
+void add_row(RowSink& rows, std::int64_t number, Index n) {
+  NormalisedRow& row = rows.room();
+  row.step = number;
+  row.line = number + 1;
+  row.problem = number % 11 == 0 ? " is wrong" : "";
+  row.normalised.error = Vector::Constant(n, static_cast<double>(number));
+  row.normalised.P = Matrix::Identity(n, n);
+  row.travelled_m = 0.5 * static_cast<double>(number);
+  rows.add(row);
 }
 
-/// All that can be told, and more steps than are kept.
-void tell_all(LogSink& sink) {
+/// All that can be told, and more rows than are kept.
+void tell_all(RowSink& rows) {
   RunLayout layout;
   layout.states = {"x", "y"};
-  sink.remark("begins");
   for (int run = 0; run < 3; ++run) {
-    sink.begin_run(layout);
-    for (std::int64_t k = 1; k <= 2000; ++k) {
-      if (k % 3 == 0) sink.travelled(0.5 * static_cast<double>(k));
-      if (k % 7 == 0) sink.at(static_cast<double>(k));
-      sink.add(step_of(k, k % 500 == 0 ? 200 : 2));
-      if (k % 512 == 0) sink.advance(k);
-    }
+    rows.begin_run("log.csv", layout, fmt::format("run {}", run));
+    for (std::int64_t k = 1; k <= 2000; ++k) add_row(rows, k, k % 500 == 0 ? 200 : 2);
+    rows.add({.step = 2001});         // not written where it goes
     layout.states.emplace_back("z");  // of the next one
-    sink.end_run(Outcome::diverged, 2001);
+    rows.end_run(Outcome::diverged, 2002);
   }
-  sink.hint("may be");
-  sink.mistake("is");
-  sink.unexplained();
-  sink.charts({.declared = "fixed"});
-  sink.time_offset({.value_s = 0.25});
-  sink.truth_fit(TruthFit::none);
-  sink.unmatched(7);
 }
 
 TEST(ReadAhead, TellsTheSameInTheSameOrderOnTheThreadOfTheSink) {
@@ -92,15 +78,29 @@ TEST(ReadAhead, TellsTheSameInTheSameOrderOnTheThreadOfTheSink) {
 TEST(ReadAhead, ReadsOnAnotherThread) {
   Diary diary;
   std::thread::id reader;
-  read_ahead(diary, nullptr, [&](LogSink& /*sink*/) { reader = std::this_thread::get_id(); });
+  read_ahead(diary, nullptr, [&](RowSink& /*rows*/) { reader = std::this_thread::get_id(); });
   EXPECT_NE(reader, std::this_thread::get_id());
   EXPECT_TRUE(diary.told.empty());
 }
 
+TEST(ReadAhead, WhoReadsKnowsWhetherItsRowsAreWaitedFor) {
+  Diary diary;
+  EXPECT_FALSE(diary.waits());
+  bool waits = false;
+  read_ahead(diary, nullptr, [&](RowSink& rows) {
+    for (std::int64_t k = 1; k < diary.most && !waits; ++k) {
+      add_row(rows, k, 2);
+      waits = rows.waits();
+      if (k % 512 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  EXPECT_TRUE(waits);
+}
+
 TEST(ReadAhead, ErrorOfTheReaderComesAfterAllThatItTold) {
   Diary diary;
-  const auto broken = [](LogSink& sink) {
-    tell_all(sink);
+  const auto broken = [](RowSink& rows) {
+    tell_all(rows);
     throw std::runtime_error("cut off");
   };
   EXPECT_THROW(read_ahead(diary, nullptr, broken), std::runtime_error);
@@ -113,21 +113,21 @@ TEST(ReadAhead, ErrorOfTheSinkEndsTheReader) {
   Diary diary;
   diary.most = 10;
   std::atomic<std::int64_t> told = 0;
-  const auto endless = [&](LogSink& sink) {
+  const auto endless = [&](RowSink& rows) {
     for (std::int64_t k = 1;; ++k) {
-      sink.add(step_of(k, 2));
+      add_row(rows, k, 2);
       ++told;
     }
   };
   EXPECT_THROW(read_ahead(diary, nullptr, endless), std::runtime_error);
   EXPECT_EQ(diary.told.size(), 10U);
-  EXPECT_LE(told, 128 * 6);  // what is kept and not taken
+  EXPECT_LE(told, 512 * 6);  // what is kept and not taken
 }
 
 TEST(ReadAhead, StopPointsOfTheReaderAskTheFlag) {
   Diary diary;
   const std::atomic<bool> stop = true;
-  EXPECT_THROW(read_ahead(diary, &stop, [](LogSink& /*sink*/) { stop_point(); }), Stopped);
+  EXPECT_THROW(read_ahead(diary, &stop, [](RowSink& /*rows*/) { stop_point(); }), Stopped);
 }
 
 }  // namespace
