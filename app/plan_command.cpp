@@ -1,10 +1,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
 #include <vector>
 
-#include "analysis/laws/require.h"
 #include "analysis/studies/study_plan.h"
 #include "app/commands.h"
 #include "app/common_options.h"
@@ -34,16 +32,6 @@ std::vector<const SweepPoint*> pilot_points(const SweepPlan& sweep) {
   std::vector<const SweepPoint*> points;
   for (std::size_t i = 0; i < count; ++i) points.push_back(&sweep.points[i * sweep.points.size() / count]);
   return points;
-}
-
-/// Says what no pilot could answer before any is run.
-void require_answerable(const PlanQuestion& question) {
-  require_positive("--factor", question.factor);
-  require_fraction("--power", question.power);
-  require_positive("--precision", question.precision);
-  if (question.factor == 1.0) {
-    throw std::invalid_argument("--factor = 1 is a consistent filter: there is nothing to detect");
-  }
 }
 
 /// One after the other, with progress.

@@ -14,6 +14,7 @@
 #include "analysis/evidence/verdicts/word.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/hall_score.h"
+#include "analysis/laws/require.h"
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
@@ -183,7 +184,17 @@ std::string_view to_string(CorrelationSource source) {
   return "worst case";
 }
 
+void require_answerable(const PlanQuestion& question) {
+  require_positive("--factor", question.factor);
+  require_fraction("--power", question.power);
+  require_positive("--precision", question.precision);
+  if (question.factor == 1.0) {
+    throw std::invalid_argument("--factor = 1 is a consistent filter: there is nothing to detect");
+  }
+}
+
 StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question) {
+  require_answerable(question);
   const StopScope scope(question.stop);
   StudyPlan plan;
   plan.scenario = scenario;

@@ -78,13 +78,17 @@ struct StudyPlan {
   double chunk_bytes = 0.0;       ///< that a store takes for a chunk of it
 };
 
+/// Throws std::invalid_argument, which names the option of `credence plan`, for a factor, power or precision
+/// of which no pilot could tell anything.
+void require_answerable(const PlanQuestion& question);
+
 /// Plans the study of a scenario for the verdicts that `run` gives (judge_nees, judge_nis) at its confidence.
 ///
 /// Runs a pilot of what 50 ms or a tenth of the study's runs allow, of 64 to 4096 runs, fewer where these
 /// take longer than ten seconds. dof per step are the mean over steps and runs of the pilot. The power is
 /// that of a filter whose errors are those of factor · P at every step; verdict_power is a lower bound of it.
-/// Throws std::invalid_argument for a factor, power or precision that sample_size.h refuses, and if every run
-/// of the pilot fails at once; Stopped.
+/// Throws what require_answerable throws, before it runs anything, and std::invalid_argument for a factor too
+/// near 1 and if every run of the pilot fails at once; Stopped.
 StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question);
 
 /// What a whole sweep costs, all configurations with the same number of runs.

@@ -30,7 +30,6 @@ TEST_F(PlanCommand, PlanGivesRunsForBothDirections) {
   EXPECT_EQ(j["nees"]["effective_steps_from"], "exact law");
   EXPECT_GT(j["seconds"], 0.0);
   EXPECT_GE(j["precision"]["runs"], 2);
-  EXPECT_NE(run({"plan", "a.toml"}).out.find("NEES verdict"), std::string::npos);
 }
 
 // A pilot takes its time whatever the scenario, so that there are few of them.
@@ -43,8 +42,6 @@ TEST_F(PlanCommand, PlanOfASweepIsTheCostOfAllOfIt) {
   EXPECT_EQ(j["sweep"]["planned"], 2);
   EXPECT_EQ(j["configurations"].size(), 2U);
   EXPECT_GT(j["sweep"]["seconds"], 0.0);
-  EXPECT_NE(run({"plan", "s.toml", "--factor", "2"}).out.find("The sweep of 2 configurations"),
-            std::string::npos);
 }
 
 // Its first run would take the better part of a minute.
@@ -62,7 +59,9 @@ TEST_F(PlanCommand, AnInterruptionIsHeardAndSaid) {
 }
 
 TEST_F(PlanCommand, OfALinearWorldItIsMadeToo) {
-  EXPECT_EQ(run({"plan", scenario_file("linear"), "--set", "study.steps=20"}).code, 0);
+  const Finished f = run({"plan", scenario_file("linear"), "--set", "study.steps=20"});
+  EXPECT_EQ(f.code, 0) << f.err;
+  EXPECT_NE(f.out.find("NEES verdict"), std::string::npos);
 }
 
 TEST_F(PlanCommand, WhatCannotBeAnsweredIsRefusedBeforeAnyPilot) {
