@@ -75,7 +75,7 @@ void add_tune_command(CLI::App& app) {
   add_common_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence tune tracking", "credence tune linear --free 'diag(Q),R' --write tuned.toml",
-      "credence tune linear --free 'diag(Q),R' --out out/tune --format json",
+      "credence tune tracking --out out/tune --format json",
       "credence run figure1_two_landmarks --log out/logs --fresh && credence tune out/logs",
       "credence tune carpark --data DIR --out out/carpark"};
   command->footer(examples(kExamples));

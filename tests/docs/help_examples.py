@@ -1,6 +1,7 @@
 """Every example of `--help`, typed as it stands, in order, in an empty folder for each command. usage: help_examples.py PROGRAM [COMMAND...]
 
-Left out are examples with a word in capitals, which stands for something of the user's, and commands that take minutes, unless they are named.
+Left out are examples with a word in capitals, which stands for something of the user's, and commands that take minutes or that json_schemas.py
+calls just so, unless they are named.
 """
 
 import os
@@ -12,7 +13,7 @@ import tempfile
 
 # What needs more than the program: a queue of Slurm, a pager of manuals.
 ELSEWHERE = re.compile(r" --submit$|\| man ")
-SLOW = {"estimators", "selftest", "timing"}
+SLOW = {"claims", "estimators", "selftest", "timing"}
 
 
 def examples_of(text):
