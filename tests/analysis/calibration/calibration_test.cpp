@@ -23,8 +23,8 @@ struct Played {
   std::vector<Block> parts;
 };
 
-Played play(std::uint64_t seed, int runs, int rows, const Eigen::Vector3d& F, double correlation = 0.0,
-            double tail = 1.0) {
+Played play_rows(std::uint64_t seed, int runs, int rows, const Eigen::Vector3d& F, double correlation = 0.0,
+                 double tail = 1.0) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
@@ -60,7 +60,7 @@ const Eigen::Vector3d kRight = Eigen::Vector3d::Ones();
 
 // P is the same in all rows of a range of σ here, so that the factor is the ratio of mean squares.
 TEST(Calibration, OfARunThatIsTooShortForStretchesFactorsHaveNoInterval) {
-  const Calibration c = judged(play(3, 1, 60, kRight, 0.99));
+  const Calibration c = judged(play_rows(3, 1, 60, kRight, 0.99));
   ASSERT_EQ(c.unit_count, 0);
   ASSERT_EQ(c.bins.size(), 6U);
   for (const SigmaBin& bin : c.bins) {
@@ -107,7 +107,7 @@ TEST(Calibration, PairsGiveNeesOfAScaledCovariance) {
 
 TEST(Calibration, FactorsOfPartsAreFoundAndHoldOnWhatWasLeftOut) {
   constexpr double kFiveSigma = 1.0 - 5.7e-7;
-  const Calibration c = judged(play(1, 60, 50, Eigen::Vector3d(1.0, 1.0, 3.0)), kFiveSigma);
+  const Calibration c = judged(play_rows(1, 60, 50, Eigen::Vector3d(1.0, 1.0, 3.0)), kFiveSigma);
   EXPECT_EQ(c.units, "runs");
   ASSERT_EQ(c.parts.size(), 2U);
   EXPECT_LT(c.parts[0].factor.lower, 1.0);
@@ -201,7 +201,7 @@ TEST(Calibration, ClaimedSigmaMayFollowTheErrors) {
 TEST(Calibration, OneRunIsJudgedByItsStretches) {
   int refused = 0, judged_runs = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    const Calibration c = judged(play(seed, 1, 2000, kRight, 0.7));
+    const Calibration c = judged(play_rows(seed, 1, 2000, kRight, 0.7));
     if (c.units.empty()) continue;
     ++judged_runs;
     EXPECT_EQ(c.units, "stretches");
@@ -215,9 +215,9 @@ TEST(Calibration, OneRunIsJudgedByItsStretches) {
   }
   EXPECT_GT(judged_runs, 50);
   EXPECT_LE(refused, 16);  // 5 and 5 standard errors of a binomial(100, 0.05)
-  const Calibration wrong = judged(play(7, 1, 2000, 2.0 * kRight, 0.7));
+  const Calibration wrong = judged(play_rows(7, 1, 2000, 2.0 * kRight, 0.7));
   EXPECT_GT(wrong.whole.factor.lower, 1.5);
-  EXPECT_TRUE(judged(play(8, 1, 60, kRight, 0.95)).units.empty());
+  EXPECT_TRUE(judged(play_rows(8, 1, 60, kRight, 0.95)).units.empty());
 }
 
 // Over 100 sets of 40 runs with heavy tails: a further run is covered in at least 95 % of the cases.
@@ -225,24 +225,24 @@ TEST(Calibration, TheConformalFactorCoversFurtherRuns) {
   int covered = 0;
   constexpr int kSets = 100;
   for (std::uint64_t seed = 1; seed <= kSets; ++seed) {
-    const Played played = play(seed, 41, 20, kRight, 0.5, 3.0);
+    const Played played = play_rows(seed, 41, 20, kRight, 0.5, 3.0);
     const Calibration c = judge_calibration(std::span(played.runs).first(40), played.parts, {}, 0.95);
     covered += played.runs.back().coverage_factor <= c.conformal.factor ? 1 : 0;
   }
   EXPECT_GE(covered, 84);  // 95 less 5 standard errors of a binomial(100, 0.95)
-  EXPECT_TRUE(std::isnan(judged(play(1, 18, 20, kRight)).conformal.factor));
-  EXPECT_FALSE(std::isnan(judged(play(1, 19, 20, kRight)).conformal.factor));
+  EXPECT_TRUE(std::isnan(judged(play_rows(1, 18, 20, kRight)).conformal.factor));
+  EXPECT_FALSE(std::isnan(judged(play_rows(1, 19, 20, kRight)).conformal.factor));
 }
 
 TEST(Calibration, ProtectionLevelsCountWhatLiesBeyond) {
-  const Calibration c = judged(play(3, 20, 100, 4.0 * kRight));
+  const Calibration c = judged(play_rows(3, 20, 100, 4.0 * kRight));
   const ProtectionLevel& level = c.protection[0];
   EXPECT_NEAR(level.k, 3.0349, 1e-3);  // χ²(2): 9.2103 at 1 %
   EXPECT_EQ(level.rows, 2000);
   EXPECT_GT(level.beyond, 200);
   EXPECT_GT(level.upper_limit, 0.1);
   EXPECT_NEAR(c.protection[2].needed_rows, 299'571.7, 1.0);  // ln 0.05 / ln(1 − 1e-5)
-  const Calibration right = judged(play(4, 20, 100, kRight));
+  const Calibration right = judged(play_rows(4, 20, 100, kRight));
   EXPECT_LT(right.protection[2].upper_limit, 0.01);
   EXPECT_GT(right.protection[2].upper_limit, 1e-3);  // some 2,000 rows show no more
   EXPECT_GT(right.protection[0].effective_rows, 1000.0);
@@ -313,8 +313,8 @@ TEST(Calibration, TheStanfordDiagramHoldsEveryRowAtItsErrorAndItsClaim) {
 }
 
 TEST(Calibration, AChangeIsFoundInThePartWhereItIs) {
-  const Played before = play(5, 30, 40, kRight), same = play(6, 30, 40, kRight);
-  const Played after = play(6, 30, 40, Eigen::Vector3d(1.0, 1.0, 1.5));
+  const Played before = play_rows(5, 30, 40, kRight), same = play_rows(6, 30, 40, kRight);
+  const Played after = play_rows(6, 30, 40, Eigen::Vector3d(1.0, 1.0, 1.5));
   const UnitFactors first = unit_factors(before.runs, before.parts);
   for (const FactorChange& change : compare_factors(unit_factors(same.runs, same.parts), first, 0.95))
     EXPECT_GT(change.adjusted, 1e-3) << change.part;

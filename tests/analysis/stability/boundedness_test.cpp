@@ -37,16 +37,16 @@ Index largest_rank(Index N, Range range) {
   return range == Range::difference ? N - 1 : N + 1;
 }
 
-struct Cell {
+struct RankCell {
   RiccatiProblem problem;
   Matrix inflation, P0;
   std::string name;
 };
 
 /// Every rank and range of ΔP for monobots of 1 to 4 landmarks, partially and fully observable.
-std::vector<Cell> rank_map_cells(unsigned seed) {
+std::vector<RankCell> rank_map_cells(unsigned seed) {
   std::mt19937_64 generator(seed);
-  std::vector<Cell> cells;
+  std::vector<RankCell> cells;
   for (Index N = 1; N <= 4; ++N) {
     for (const Index anchors : {0, 1}) {
       for (const Range range : {Range::generic, Range::map, Range::with_vehicle, Range::difference}) {
@@ -54,7 +54,7 @@ std::vector<Cell> rank_map_cells(unsigned seed) {
         for (Index rank = least; rank <= largest_rank(N, range); ++rank) {
           const LinearModel model = monobot_model(N, anchors, 0.1, 0.1, 1.0);
           const Matrix U = allowed_directions(N, range, rank, generator);
-          Cell cell{riccati_problem(model), 0.1 * U * U.transpose(), model.P0, ""};
+          RankCell cell{riccati_problem(model), 0.1 * U * U.transpose(), model.P0, ""};
           cell.problem.Qt += cell.inflation;
           cell.name =
               ::testing::PrintToString(std::vector<Index>{N, anchors, static_cast<Index>(range), rank});
@@ -69,7 +69,7 @@ std::vector<Cell> rank_map_cells(unsigned seed) {
 TEST(Boundedness, ExactConditionAgreesWithDoublingInEveryCell) {
   int cells = 0, bounded = 0, paper_wrong = 0;
   for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
-    for (const Cell& cell : rank_map_cells(seed)) {
+    for (const RankCell& cell : rank_map_cells(seed)) {
       const ExactBoundedness exact = exact_boundedness(cell.problem.F, cell.problem.H, cell.problem.Qt);
       const MeasuredBoundedness measured = measure_boundedness(cell.problem, cell.P0);
       const PaperBoundedness paper = paper_boundedness(cell.inflation, exact.observability.rank);
@@ -166,7 +166,7 @@ TEST(Boundedness, GrowsExponentially) {
 }
 
 TEST(AccumulatedNoise, OfConstantNoiseGivesTheConstantCondition) {
-  for (const Cell& cell : rank_map_cells(9)) {
+  for (const RankCell& cell : rank_map_cells(9)) {
     AccumulatedNoise noise(cell.problem.state_dim());
     for (int k = 0; k < 3; ++k) noise.add(cell.problem.F, cell.problem.Qt);
     const ExactBoundedness along = exact_boundedness(noise, observability(cell.problem.F, cell.problem.H));
