@@ -4,11 +4,13 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <random>
 #include <string>
 
 #include "datasets/data_error.h"
 #include "datasets/logs/judge_logs.h"
+#include "datasets/logs/run_name.h"
 
 namespace credence::internal {
 namespace {
@@ -32,15 +34,16 @@ std::vector<Step> rows(unsigned seed, int count) {
   return steps;
 }
 
-void add(RunFingerprints& prints, const std::vector<Step>& steps) {
-  prints.begin_run();
+void add(RunFingerprints& prints, const std::vector<Step>& steps, std::optional<double> number) {
+  prints.begin_run(number);
   for (const Step& step : steps) prints.add(step);
 }
 
 RunFingerprints of_file(const std::filesystem::path& file, const std::vector<std::vector<Step>>& runs) {
   RunFingerprints prints;
   prints.begin_file(file);
-  for (const std::vector<Step>& run : runs) add(prints, run);
+  RunNumber number;
+  for (const std::vector<Step>& run : runs) add(prints, run, number.next());
   return prints;
 }
 
@@ -271,7 +274,7 @@ TEST(RunFingerprints, RunsOfOneRandomNumberAreNoCopies) {
   }
   EXPECT_EQ(likenesses_of(runs), "");
   std::vector<std::vector<Step>> copied = {rows(1, 60), rows(2, 60), rows(3, 60), rounded(rows(2, 60), 3)};
-  EXPECT_THAT(likenesses_of(copied), HasSubstr("run 4 of a.csv has"));
+  EXPECT_THAT(likenesses_of(copied), HasSubstr("run 3 of a.csv has"));
 }
 
 }  // namespace
