@@ -357,7 +357,11 @@ class PairedFactors {
   /// That the mean of the second is this times that of the first.
   double p_value(double ratio) const {
     SkewedMoments differences;
-    for (std::size_t i = 0; i < before_.size(); ++i) differences.add(after_[i] - ratio * before_[i]);
+    constexpr double kRounding = 1e-12;
+    for (std::size_t i = 0; i < before_.size(); ++i) {
+      const double difference = after_[i] - ratio * before_[i];
+      differences.add(std::abs(difference) <= kRounding * after_[i] ? 0.0 : difference);
+    }
     return paired_p_value(differences);
   }
 
@@ -366,6 +370,10 @@ class PairedFactors {
     const double ratio = after() / before(), level = 1.0 - confidence;
     const auto excess = [&](double other) { return p_value(other) - level; };
     MeanInterval interval{.mean = ratio, .lower = 0.0, .upper = kInfinity, .count = count()};
+    if (!(excess(ratio) > 0.0)) {
+      interval.lower = interval.upper = ratio;
+      return interval;
+    }
     if (excess(0.0) < 0.0) interval.lower = border(0.0, ratio, excess);
     constexpr double kFarthest = 1e6;
     for (double far = 2.0; far <= kFarthest; far *= far) {

@@ -12,7 +12,7 @@ Verdict EstimatorMap::verdict(std::size_t point, std::size_t e) const {
   const DirectedPValues& p = studies[point].rows[e].beyond_tolerance;
   if (std::isnan(p.optimistic)) return Verdict::undecided;
   const double level = 1.0 - studies[point].scenario.study.confidence;
-  return direction_of(p.optimistic <= level, p.pessimistic <= level);
+  return direction_of(2.0 * p.optimistic <= level, 2.0 * p.pessimistic <= level);
 }
 
 bool EstimatorMap::stays_consistent(std::size_t point, std::size_t e) const {

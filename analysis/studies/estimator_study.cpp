@@ -299,13 +299,11 @@ void adjust(std::span<DirectedPValues* const> of_all) {
 }
 
 void adjust_p_values(std::vector<EstimatorRow>& rows) {
-  std::vector<DirectedPValues*> judged, beyond_tolerance;
+  std::vector<DirectedPValues*> judged;
   for (EstimatorRow& row : rows) {
     for (const EstimatorBlock block : kJudgedBlocks) judged.push_back(&row.p_values[at(block)]);
-    beyond_tolerance.push_back(&row.beyond_tolerance);
   }
   adjust(judged);
-  adjust(beyond_tolerance);
 }
 
 PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t b,

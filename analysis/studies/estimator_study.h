@@ -54,8 +54,8 @@ struct EstimatorRow {
   std::array<MeanInterval, kEstimatorBlocks> nees{};
   /// That the mean NEES is 1; of pose and map by Holm over both directions of all estimators.
   std::array<DirectedPValues, kEstimatorBlocks> p_values{};
-  /// That the mean NEES of the pose is at most kToleratedFactor, at least its inverse; by Holm over both
-  /// directions of all estimators.
+  /// That the mean NEES of the pose is at most kToleratedFactor, at least its inverse; not adjusted, as what
+  /// is not rejected is what is recommended.
   DirectedPValues beyond_tolerance;
   std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
   MeanInterval heading_rmse_rad, position_rmse_m;

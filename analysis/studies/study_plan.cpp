@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/sums/effective_steps.h"
 #include "analysis/evidence/sums/evidence_collect.h"
 #include "analysis/evidence/verdicts/word.h"
 #include "analysis/laws/mean/effective_sample.h"
@@ -116,10 +117,30 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
   return linear_nees_time_law(transitions, covariances).effective_steps;
 }
 
-// T_eff = (Σ_k Var ε_k) T / Var Σ_k ε_k of the runs of the pilot; none of too few of them.
+// T_eff of runs played alone, of those that end well.
+std::optional<double> played_effective_steps(const Experiment& experiment, std::int64_t steps) {
+  std::vector<std::vector<double>> runs;
+  double seconds = 0.0;
+  for (Index run = 0; run < kFewestRuns && seconds < kMostSeconds; ++run) {
+    stop_point();
+    std::vector<double> nees;
+    Outcome outcome = Outcome::ok;
+    seconds += time_of(
+        [&] { outcome = experiment.visit(run, [&](const TraceStep& step) { nees.push_back(step.nees); }); });
+    // The start is no step.
+    if (outcome != Outcome::ok || static_cast<std::int64_t>(nees.size()) != steps + 1) continue;
+    nees.erase(nees.begin());
+    runs.push_back(std::move(nees));
+  }
+  if (static_cast<std::int64_t>(runs.size()) < kFewestRuns / 2) return std::nullopt;
+  return measured_effective_steps(runs);
+}
+
+// T_eff = (Σ_k Var ε_k) T / Var Σ_k ε_k of the runs of the pilot, none of which failed; none of too few of
+// them.
 std::optional<double> pilot_effective_steps(const StudyStatistics& statistics) {
   const SkewedMoments& averages = statistics.nees_of_runs.moments;
-  if (averages.count - std::ssize(statistics.failures) < kFewestRuns) return std::nullopt;
+  if (averages.count < kFewestRuns) return std::nullopt;
   double independent = 0.0, dof = 0.0, steps = 0.0;
   const std::vector<double> dofs = statistics.dofs(Quantity::nees);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
@@ -209,7 +230,9 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   if (const auto exact = exact_effective_steps(experiment)) {
     plan.correlation = CorrelationSource::exact_law;
     plan.nees.design.effective_steps = *exact;
-  } else if (const auto measured = pilot_effective_steps(pilot.statistics)) {
+  } else if (const auto measured = pilot.statistics.failures.empty()
+                                       ? pilot_effective_steps(pilot.statistics)
+                                       : played_effective_steps(experiment, scenario.study.steps)) {
     plan.correlation = CorrelationSource::pilot;
     plan.nees.design.effective_steps = *measured;
   }

@@ -209,6 +209,7 @@ class GroupSink final : public LogSink {
     if (row.factored) {
       row.factor = *factor;
     } else {
+      row.state.problem = {};
       row.state.states = step.states;
       row.state.error = step.error;
       row.state.P = step.P;

@@ -60,11 +60,10 @@ TEST_F(Progress, IsABarOnATerminalALineInALogAndNothingForTheQuiet) {
 }
 
 TEST_F(Progress, CountsTheRunsInHand) {
-  // All 40 are of one chunk, of which none is done before all are; of estimators all 8 are of one task. A run
-  // takes about a second, so that the first line, after two, tells of one, while all take far longer.
+  // All 40 are of one chunk, of which none is done before all are; of estimators all 6 are of one task.
   for (const auto& [command, runs] :
-       {std::pair{" run planar_loop --runs 40 --steps 20000", "40"},
-        {" estimators ukfm_slam2d --estimators ekf,fej --runs 8 --steps 25000", "8"}}) {
+       {std::pair{" run planar_loop --runs 40 --steps 40000", "40"},
+        {" estimators ukfm_slam2d --estimators ekf,fej --runs 6 --steps 400000", "6"}}) {
     std::filesystem::create_directory(folder_ / "log");
     const pid_t child = start_program(
         {"sh", "-c", "exec " + credence_binary().string() + command + " --threads 1 > log/out 2> log/err"});

@@ -190,7 +190,8 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e,
   if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
   ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
   if (std::ssize(e.layout.states) > largest_averaged(e.layout)) result.reason = "too many states";
-  if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs, and short ones";
+  if (second.runs() < kFewestRuns)
+    result.reason = "fewer than 10 runs, and no stretches of them that are independent";
   if (!result.reason.empty()) {
     result.p_value = kNaN;
     return result;

@@ -69,9 +69,10 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
         fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
   }
   const GaussianityJudgement& g = law.gaussianity;
-  tests.push_back(reasoned_test(kHeavyTails, Exactness::conservative,
-                                std::isnan(g.tail_p_value) ? "few runs, and short ones" : "", g.tail_p_value,
-                                tails_say(g)));
+  tests.push_back(reasoned_test(
+      kHeavyTails, Exactness::conservative,
+      std::isnan(g.tail_p_value) ? "fewer than ten runs, and no stretches of them that are independent" : "",
+      g.tail_p_value, tails_say(g)));
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;
   tests.push_back(

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 #include "analysis/evidence/verdicts/series_verdicts.h"
@@ -19,6 +20,9 @@ namespace {
 
 /// With fewer runs a mean over them says little without a law.
 constexpr std::int64_t kFewestRuns = 20;
+
+/// With fewer values a mean over them says little without a law.
+constexpr std::int64_t kFewestValues = 100;
 
 /// So far in the tails, the skewness of a few heavy-tailed values is not all removed.
 constexpr double kMoreForSteps = 10.0;
@@ -88,7 +92,8 @@ SecondMomentJudgement judge_second_moments(const Evidence& e, const StretchAvera
   if (!result.test.reason.empty()) return result;
   const Index dim = moments.dim();
   if (dim == 1) result.test.reason = "one state: the same as the mean of NEES";
-  if (result.test.runs < kFewestRuns) result.test.reason = "fewer than 20 runs, and short ones";
+  if (result.test.runs < kFewestRuns)
+    result.test.reason = "fewer than 20 runs, and no stretches of them that are independent";
   const std::vector<std::string> names = averaged_states(e);
   const SecondMomentDirection& d = result.test.worst_direction;
   if (d.p >= std::ssize(names) || d.q >= std::ssize(names)) return result;
@@ -148,6 +153,23 @@ std::vector<double> normalised_nis(const SensorSums& sensor) {
   return means;
 }
 
+/// That the components u_i, u_j of whitened innovations are uncorrelated: their products have the variance
+/// κ = E NIS²/(m (m + 2)) of an elliptical law, at most that where they are independent; normal, Bonferroni.
+double pairs_p_value(const SensorSums& sensor) {
+  if (sensor.varies || sensor.by_dimension.size() != 1 || sensor.lags.pairs(0) < kFewestValues) return kNaN;
+  const auto& [dof, nis] = *sensor.by_dimension.begin();
+  const auto m = static_cast<double>(dof), count = static_cast<double>(sensor.lags.pairs(0));
+  const double square = nis.value.m2 / static_cast<double>(nis.value.count) + nis.value.mean * nis.value.mean;
+  const double error = std::sqrt(square / (m * (m + 2.0)) / count);
+  const Matrix mean = sensor.lags.product(0) / count;
+  SmallestPValue pairs;
+  for (Index j = 0; j < mean.cols(); ++j) {
+    for (Index i = j + 1; i < mean.rows(); ++i)
+      pairs.add(std::erfc(std::abs(mean(i, j)) / error / std::numbers::sqrt2));
+  }
+  return pairs.adjusted();
+}
+
 /// Tests that P is right on average which need no law.
 struct MomentTests {
   SmallestPValue p_values{};
@@ -160,7 +182,6 @@ struct MomentTests {
   }
   /// Of independent values; few say little.
   void add(const Moments& values, double expected) {
-    constexpr std::int64_t kFewestValues = 100;
     if (values.count < kFewestValues) return;
     const auto count = static_cast<double>(values.count);
     const double t = (values.mean - expected) / std::sqrt(values.variance() / count);
@@ -209,6 +230,7 @@ MomentTests moments_of_few(const Evidence& e, const SecondMomentJudgement& secon
   for (const SensorSums& sensor : e.sensors) {
     for (const auto& [dof, nis] : sensor.by_dimension) tests.add(nis.value, static_cast<double>(dof));
     for (const Moments& component : sensor.components) tests.add(component, 1.0);
+    tests.p_values.add(pairs_p_value(sensor));
     const std::vector<double> nis = normalised_nis(sensor);
     const auto by_place = averages_by_place(std::span(&nis, 1), 1.0);
     tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
@@ -221,8 +243,9 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
                                        const StretchAverages& stretches) {
   GaussianityJudgement g;
   const bool few = e.study.runs < kFewestRuns;
-  g.nees_tail_p_value = few ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, constant_dof(all)))
-                            : heavy_tail_p_value(e.law.nees_tails);
+  const bool pieces = few && stretches.averages.count > 0;
+  g.nees_tail_p_value = pieces ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, constant_dof(all)))
+                               : heavy_tail_p_value(e.law.nees_tails);
   g.nis_tail_p_value = few ? nis_tail_p_value(e.sensors) : heavy_tail_p_value(e.law.nis_tails);
   SmallestPValue far;
   for (const SensorSums& sensor : e.sensors) {

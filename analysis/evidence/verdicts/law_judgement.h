@@ -54,8 +54,8 @@ struct GaussianityJudgement {
   double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
   double tail_p_value = kNaN;     ///< of all, Bonferroni
   /// Of "the second moments are right", by what needs no law: NEES and NIS on average, second moments and P
-  /// by the σ that it claims, of 20 runs and more also the blocks and the mean of every step; Bonferroni.
-  /// NaN: of fewer runs, where their stretches tell no more than they do.
+  /// by the σ that it claims, of 20 runs and more also the blocks, and NEES and NIS at every step;
+  /// Bonferroni. NaN: of fewer runs, where their stretches tell no more than they do.
   double moments_p_value = kNaN;
   /// The larger of the standard errors of mean NEES and mean NIS over the runs, each over the mean.
   double relative_error = 0.0;

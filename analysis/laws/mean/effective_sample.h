@@ -119,9 +119,9 @@ struct StretchAverages {
 /// Approximate, as test_single_run: neighbours are nearly independent.
 StretchAverages stretch_averages(std::span<const std::vector<double>> normalised_nees);
 
-/// Averages of groups of 4 (τ − 1) rows, neighbours of which are nearly independent: the first of all groups,
-/// then of those of each place, of all runs alike: rows 1, 2 to 3, 4 to 7, … of a run, and its tenths. What
-/// is wrong at one place alone is no matter of tails.
+/// Averages of groups of 4 (τ − 1) rows, neighbours of which are nearly independent: first of all groups,
+/// then of those that begin at each place, of all runs alike: in each tenth of a run, and in its rows 1, 2 to
+/// 3, 4 to 7, … What is wrong at one place alone is no matter of tails.
 std::vector<SkewedMoments> averages_by_place(std::span<const std::vector<double>> normalised_nees,
                                              double correlation_time);
 

@@ -31,7 +31,7 @@ double step_profile_p_value(std::span<const std::vector<double>> runs, std::size
       projections[i % 2].add(projection);
     }
   }
-  double smallest = 1.0;
+  double smallest = kNaN;
   for (const Moments& m : projections) {
     const double t = m.mean / std::sqrt(m.variance() / static_cast<double>(m.count));
     smallest = std::fmin(smallest, student_upper_p_value(t, static_cast<double>(m.count - 1)));

@@ -176,8 +176,7 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
   }
   table.notes = {fmt::format(
       "{} over dof of {} runs a point. Stays consistent: no run failed, and its mean is seen neither "
-      "above {:g} (optimistic) nor below 1/{:g} (pessimistic), both directions of all estimators of a "
-      "point together (Holm, {:g} %).{}",
+      "above {:g} (optimistic) nor below 1/{:g} (pessimistic), by a test of its own at {:g} %.{}",
       map_nees_words(map), map.studies.front().runs, kToleratedFactor, kToleratedFactor,
       100.0 * (1.0 - map.studies.front().scenario.study.confidence), ideal_words(map))};
   for (const auto& [verdict, word] : {std::pair(Verdict::optimistic, "Optimistic, without a failed run"),

@@ -331,5 +331,23 @@ TEST(Calibration, AChangeIsFoundInThePartWhereItIs) {
   EXPECT_TRUE(compare_factors(other, first, 0.95).empty());
 }
 
+// P of one log is a multiple of the other's: the factors of the units differ by rounding alone.
+TEST(Calibration, AMultipleOfAllFactorsIsKnownExactly) {
+  UnitFactors first{.units = "runs", .names = {}, .parts = {"NEES"}, .factors = {{}}}, second;
+  for (int unit = 0; unit < 12; ++unit) {
+    first.names.push_back(std::to_string(unit));
+    first.factors[0].push_back(1.0 + 0.1 * std::sin(1.0 + 3.0 * unit));
+  }
+  for (const double multiple : {1.0 / 3.0, 1.01, 1.7}) {
+    second = first;
+    for (double& factor : second.factors[0]) factor *= multiple;
+    const std::vector<FactorChange> changes = compare_factors(second, first, 0.95);
+    ASSERT_EQ(changes.size(), 1U);
+    EXPECT_NEAR(changes[0].ratio.lower, multiple, 1e-9);
+    EXPECT_NEAR(changes[0].ratio.upper, multiple, 1e-9);
+    EXPECT_LT(changes[0].p_value, 1e-4);
+  }
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -122,6 +122,7 @@ void play_long_file(const std::filesystem::path& path, bool slowly, LogSink& sin
     for (double& error : step.error) error = 0.1 * normal(bits);
     if (k % 37 == 0) step.P(1, 1) = -1.0;
     if (k % 50 == 0) step.error[2] = step.P(2, 2) = 0.0;
+    if (k % 43 == 0) step.P.topLeftCorner(2, 2) << 1.0, 1.0 - 1e-13, 1.0 - 1e-13, 1.0;  // only just
     if (k % 41 == 0) step.problem = "a covariance is not symmetric";
     step.innovations.push_back(
         {Vector::NullaryExpr(2, [&] { return normal(bits); }), Matrix::Identity(2, 2)});

@@ -17,8 +17,8 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::int64_t kSlots = 2, kSteps = 1024;
-constexpr std::int64_t kBlock = kSlots * kSteps * NoiseSource::kLanes;  ///< normals drawn at a time
+constexpr std::int64_t kSlotsDrawn = 2, kStepsDrawn = 1024;
+constexpr std::int64_t kBlock = kSlotsDrawn * kStepsDrawn * NoiseSource::kLanes;  ///< normals drawn at a time
 constexpr std::int64_t kBlocks = 100'000'000 / kBlock + 1;
 
 /// E[x^k] of the standard normal: (k − 1)!! for an even k.
@@ -38,7 +38,7 @@ TEST(NormalLaw, DISABLED_holds_on_a_hundred_million) {
   std::array<double, 9> powers{};
   std::array<double, kLags.size()> lags{}, squares{};
   for (std::int64_t b = 0; b < kBlocks; ++b) {
-    source.normals_of_runs(b * NoiseSource::kLanes, 1, kSteps, NoisePurpose::process, kSlots, x);
+    source.normals_of_runs(b * NoiseSource::kLanes, 1, kStepsDrawn, NoisePurpose::process, kSlotsDrawn, x);
     std::array<double, 9> sums{};
     for (const double value : x) {
       double power = 1.0;

@@ -136,7 +136,8 @@ TEST(LawJudgement, SeesEveryDirectionOfPInFewRuns) {
   }
   const Judgement short_run = judge(errors_of(L, I, 1, 60, gaussian(3)));
   EXPECT_FALSE(short_run.law.second_moments.of_stretches);
-  EXPECT_EQ(short_run.law.second_moments.test.reason, "fewer than 20 runs, and short ones");
+  EXPECT_EQ(short_run.law.second_moments.test.reason,
+            "fewer than 20 runs, and no stretches of them that are independent");
 }
 
 TEST(LawJudgement, OfFewRunsSecondMomentsHaveTheirLevel) {
@@ -194,6 +195,49 @@ TEST(LawJudgement, HeavyTailsOfFewRunsDoNotExcuseAWrongCovariance) {
   }
   // An error that stays as it is, or a run too short for its correlation in time, leaves no stretches.
   EXPECT_TRUE(std::isnan(judge(errors_of(I, I, 3, 60, heavy(7))).law.gaussianity.moments_p_value));
+}
+
+// Pieces of a run are not independent where its errors are correlated over them.
+TEST(LawJudgement, TailsOfFewRunsHaveTheirLevelWhereErrorsLast) {
+  constexpr int kStudies = 200;
+  const Matrix I = Matrix::Identity(2, 2);
+  const std::function<double()> draw = gaussian(21);
+  int rejected = 0, tested = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    int number = 0;
+    Vector kept(2);
+    const auto constant = [&] {  // in each run of 60 rows
+      const int at = number++;
+      if (at / 2 % 60 == 0) kept[at % 2] = draw();
+      return kept[at % 2];
+    };
+    const double p = judge(errors_of(I, I, 15, 60, constant)).law.gaussianity.nees_tail_p_value;
+    tested += !std::isnan(p);
+    rejected += p <= 0.01;
+  }
+  EXPECT_EQ(tested, kStudies) << "the runs are the units";
+  EXPECT_LE(rejected / 200.0, 0.01 + 5.0 * std::sqrt(0.01 * 0.99 / kStudies));
+}
+
+// Of innovations alone, components that S claims to be uncorrelated.
+TEST(LawJudgement, CorrelatedComponentsOfInnovationsAreNoHeavyTails) {
+  for (const double correlation : {0.0, 0.75}) {
+    Matrix L(2, 2);
+    L << 1.0, 0.0, correlation, std::sqrt(1.0 - correlation * correlation);
+    const std::function<double()> draw = heavy(22);
+    RunLayout layout{.states = {}, .angles = {}, .sensors = {{.name = "a", .dim = 2, .piece = 2}}};
+    layout.has_truth = false;
+    EvidenceRecorder recorder(layout);
+    recorder.begin_run();
+    for (int k = 1; k <= 2000; ++k) {
+      Step step{.step = k};
+      step.innovations = {{.nu = L * Vector{{draw(), draw()}}, .S = Matrix::Identity(2, 2)}};
+      recorder.add(step);
+    }
+    const Judgement j = judge(recorder.take());
+    EXPECT_EQ(j.word.verdict == Verdict::not_gaussian, correlation == 0.0) << j.word.says;
+    EXPECT_EQ(j.law.gaussianity.moments_p_value <= 1e-6, correlation > 0.0);
+  }
 }
 
 // P too large in the first half of each run, and too small in the second; the mean NEES is right.

@@ -312,7 +312,7 @@ TEST(MatLog, AFileOfHdf5SaysHowToSaveIt) {
   const auto file = folder.write("log.mat", bytes);
   RecordedSink sink;
   EXPECT_THAT([&] { mat_format().read(file, {}, sink); },
-              ::testing::ThrowsMessage<DataError>(HasSubstr("save -v7 FILE")));
+              ::testing::ThrowsMessage<DataError>(HasSubstr("save('FILE', '-struct', 's', '-v7')")));
 }
 
 }  // namespace

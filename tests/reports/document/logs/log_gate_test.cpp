@@ -51,14 +51,25 @@ std::string baseline_of(const UnitFactors& units, const std::string& verdict = "
 
 constexpr double kMargin = 0.1;
 
+/// Eight runs, right and twice as large.
+const std::vector<std::pair<std::string, double>> kRightRuns = {
+    {"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"d", 1.0}, {"e", 0.8}, {"f", 1.2}, {"g", 1.0}, {"h", 1.0}};
+const std::vector<std::pair<std::string, double>> kWrongRuns = {
+    {"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}, {"e", 1.8}, {"f", 2.2}, {"g", 1.9}, {"h", 2.1}};
+
+std::vector<std::pair<std::string, double>> with(std::vector<std::pair<std::string, double>> runs,
+                                                 const std::vector<std::pair<std::string, double>>& more) {
+  runs.insert(runs.end(), more.begin(), more.end());
+  return runs;
+}
+
 LogGate gate_of(const UnitFactors& before, const UnitFactors& now) {
   return gate_against(checked(now), "before.json", baseline_of(before), kMargin);
 }
 
 TEST(LogGate, AFactorThatMovesAwayFromOneIsWorseAndOneThatComesNearerIsNot) {
-  const UnitFactors right = factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"d", 1.0}});
-  const UnitFactors wrong = factors_of({{"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}});
-  EXPECT_THAT(gate_of(right, wrong).worse, SizeIs(1));
+  const UnitFactors right = factors_of(kRightRuns), wrong = factors_of(kWrongRuns);
+  ASSERT_THAT(gate_of(right, wrong).worse, SizeIs(1));
   EXPECT_THAT(gate_of(right, wrong).worse.front(), HasSubstr("more optimistic in the whole state"));
   EXPECT_THAT(gate_of(wrong, right).worse, IsEmpty());
   EXPECT_THAT(gate_of(right, right).worse, IsEmpty());
@@ -66,20 +77,18 @@ TEST(LogGate, AFactorThatMovesAwayFromOneIsWorseAndOneThatComesNearerIsNot) {
 
 TEST(LogGate, OnlyUnitsThatBothLoggedSayWhichFactorIsNearerToOne) {
   // The logs that are no longer there were far off: the others are twice as wrong as they were.
-  const UnitFactors before =
-      factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"gone", 9.0}, {"gone too", 12.0}, {"d", 1.0}});
-  const UnitFactors now = factors_of({{"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}, {"new", 0.001}});
+  const UnitFactors before = factors_of(with(kRightRuns, {{"gone", 9.0}, {"gone too", 12.0}}));
+  const UnitFactors now = factors_of(with(kWrongRuns, {{"new", 0.001}}));
   const LogGate gate = gate_of(before, now);
   ASSERT_THAT(gate.changes, SizeIs(1));
-  EXPECT_DOUBLE_EQ(gate.changes[0].before, (1.0 + 1.1 + 0.9 + 1.0) / 4.0);
-  EXPECT_DOUBLE_EQ(gate.changes[0].after, (2.0 + 2.3 + 1.7 + 2.1) / 4.0);
+  EXPECT_DOUBLE_EQ(gate.changes[0].before, 1.0);
+  EXPECT_DOUBLE_EQ(gate.changes[0].after, 16.1 / 8.0);
   EXPECT_THAT(gate.worse, SizeIs(1));
 }
 
 TEST(LogGate, AUnitWithoutAFactorDoesNotBlindIt) {
-  const UnitFactors before =
-      factors_of({{"a", 1.0}, {"b", 1.1}, {"c", 0.9}, {"d", 1.0}, {"singular", HUGE_VAL}});
-  const UnitFactors now = factors_of({{"a", 2.0}, {"b", 2.3}, {"c", 1.7}, {"d", 2.1}, {"singular", 1.0}});
+  const UnitFactors before = factors_of(with(kRightRuns, {{"singular", HUGE_VAL}}));
+  const UnitFactors now = factors_of(with(kWrongRuns, {{"singular", 1.0}}));
   EXPECT_THAT(gate_of(before, now).worse, SizeIs(1));
 }
 
@@ -93,9 +102,12 @@ TEST(LogGate, ASmallChangeAndOneByChanceAreNotWorse) {
 }
 
 TEST(LogGate, WhatItSaysOfAChangeHoldsAtTheConfidenceAsked) {
-  // Three logarithms with t = 5.7, p = 0.03.
-  const UnitFactors before = factors_of({{"a", 2.0}, {"b", 2.0}, {"c", 2.0}});
-  const UnitFactors now = factors_of({{"a", 1.4}, {"b", 1.2}, {"c", 1.0}});
+  // Eight differences −0.8 ± 0.62: t = 3.4 of half of seven dof, p = 0.03.
+  std::vector<std::pair<std::string, double>> runs;
+  for (int i = 0; i < 8; ++i) runs.emplace_back(std::to_string(i), i % 2 == 0 ? 1.82 : 0.58);
+  const UnitFactors now = factors_of(runs);
+  for (auto& run : runs) run.second = 2.0;
+  const UnitFactors before = factors_of(runs);
   for (const double confidence : {0.95, 0.99}) {
     const LogGate gate = gate_against(checked(now, Verdict::optimistic, confidence), "before.json",
                                       baseline_of(before), kMargin);
