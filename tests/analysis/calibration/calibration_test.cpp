@@ -343,8 +343,9 @@ TEST(Calibration, AMultipleOfAllFactorsIsKnownExactly) {
     for (double& factor : second.factors[0]) factor *= multiple;
     const std::vector<FactorChange> changes = compare_factors(second, first, 0.95);
     ASSERT_EQ(changes.size(), 1U);
-    EXPECT_NEAR(changes[0].ratio.lower, multiple, 1e-9);
-    EXPECT_NEAR(changes[0].ratio.upper, multiple, 1e-9);
+    // The ends are searched to 30 bits.
+    EXPECT_NEAR(changes[0].ratio.lower, multiple, 0x1p-28 * multiple);
+    EXPECT_NEAR(changes[0].ratio.upper, multiple, 0x1p-28 * multiple);
     EXPECT_LT(changes[0].p_value, 1e-4);
   }
 }
