@@ -31,14 +31,15 @@ std::string names_of_formats() {
   return names;
 }
 
-/// HDF5, whose arrays one line of Python writes as the .npz that is read; MATLAB's, with a header of its own, are
-/// refused by their reader.
+/// HDF5, whose arrays one line of Python writes as the .npz that is read; MATLAB's, with a header of its own,
+/// are refused by their reader.
 void refuse_hdf5(const std::filesystem::path& file, std::string_view beginning) {
   if (!beginning.starts_with("\x89HDF\r\n\x1a\n")) return;
-  throw DataError(file, "",
-                  "is HDF5, which is not read; with its arrays at the top, called as in docs/logs.md: python3 -c "
-                  "\"import h5py, numpy as np; np.savez('runs.npz', **{k: v[()] for k, v in "
-                  "h5py.File('FILE').items()})\"");
+  throw DataError(
+      file, "",
+      "is HDF5, which is not read; with its arrays at the top, called as in docs/logs.md: python3 -c "
+      "\"import h5py, numpy as np; "
+      "np.savez('runs.npz', **{k: v[()] for k, v in h5py.File('FILE').items()})\"");
 }
 
 bool has_extension(const std::filesystem::path& file) {

@@ -135,8 +135,9 @@ class MatReader {
     if (!little && !end.ends_with("MI")) file_.fail(kMatHeader - 2, kNotVersion5);
     const char version = little ? end[1] : end[0];
     if (version == 2) {
-      file_.fail(kMatHeader - 4, "is a MAT-file of version 7.3, which is HDF5; save it with -v7 (MATLAB: s = load('FILE'); save('FILE', "
-                 "'-struct', 's', '-v7'))");
+      file_.fail(kMatHeader - 4,
+                 "is a MAT-file of version 7.3, which is HDF5; save it with -v7 (MATLAB: s = load('FILE'); "
+                 "save('FILE', '-struct', 's', '-v7'))");
     }
     if (version != 1)
       file_.fail(kMatHeader - 4, "is a MAT-file of another version; read is version 5 (save -v7)");

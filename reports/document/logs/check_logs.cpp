@@ -147,13 +147,13 @@ Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
   for (const fs::path& file : files) {
     const LogFormat& format = log_format_of(file, o.format);
     if (!o.truths.empty() && !format.takes_truth) {
-      throw std::invalid_argument(
-          fmt::format("--truth: {} is read as {}, which holds its truth itself, or has none{}", file.string(),
-                      format.title,
-                      format.name == "credence"
-                          ? "; columns truth.NAME of another file go beside its own: docs/recipes.md, “Judge a "
-                            "CSV whose truth is in another file”"
-                          : ""));
+      throw std::invalid_argument(fmt::format(
+          "--truth: {} is read as {}, which holds its truth itself, or has none{}", file.string(),
+          format.title,
+          format.name == "credence"
+              ? "; columns truth.NAME of another file go beside its own: docs/recipes.md, “Judge a "
+                "CSV whose truth is in another file”"
+              : ""));
     }
     require_use(file, format, o);
     formats.emplace(file, &format);
