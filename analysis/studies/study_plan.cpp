@@ -28,9 +28,9 @@ namespace credence::internal {
 namespace {
 
 // A pilot has this many runs where they take no longer than this, else a tenth of those of the study; and in
-// any case as many as measure how NEES is correlated (kFewestRuns) unless these take too long.
-constexpr std::int64_t kMostRuns = 4096, kFewestRuns = kChunkRuns;
-constexpr double kPilotSeconds = 0.05, kMostSeconds = 10.0;
+// any case as many as measure how NEES is correlated (kFewestPilotRuns) unless these take too long.
+constexpr std::int64_t kMostPilotRuns = 4096, kFewestPilotRuns = kChunkRuns;
+constexpr double kPilotSeconds = 0.05, kMostPilotSeconds = 10.0;
 
 // Seconds that a piece of work takes.
 template <typename Work>
@@ -75,12 +75,12 @@ Pilot run_pilot(const Scenario& scenario, const Experiment& experiment, const Pl
   if (timing.seconds < kPilotSeconds) take(at_once, timing.threads);
   const auto runs_in = [&](double seconds) {
     return static_cast<std::int64_t>(
-        std::min(seconds / timing.seconds_per_run, static_cast<double>(kMostRuns)));
+        std::min(seconds / timing.seconds_per_run, static_cast<double>(kMostPilotRuns)));
   };
-  while (timing.runs < kMostRuns) {
-    const std::int64_t affordable =
-        std::max({runs_in(kPilotSeconds), std::min(kMostRuns, scenario.most_runs() / 10), kFewestRuns});
-    const std::int64_t runs = std::min(affordable, runs_in(kMostSeconds));
+  while (timing.runs < kMostPilotRuns) {
+    const std::int64_t affordable = std::max(
+        {runs_in(kPilotSeconds), std::min(kMostPilotRuns, scenario.most_runs() / 10), kFewestPilotRuns});
+    const std::int64_t runs = std::min(affordable, runs_in(kMostPilotSeconds));
     if (runs < 2 * timing.runs) break;
     take(runs, 1.0);
   }
@@ -121,7 +121,7 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
 std::optional<double> played_effective_steps(const Experiment& experiment, std::int64_t steps) {
   std::vector<std::vector<double>> runs;
   double seconds = 0.0;
-  for (Index run = 0; run < kFewestRuns && seconds < kMostSeconds; ++run) {
+  for (Index run = 0; run < kFewestPilotRuns && seconds < kMostPilotSeconds; ++run) {
     stop_point();
     std::vector<double> nees;
     Outcome outcome = Outcome::ok;
@@ -132,7 +132,7 @@ std::optional<double> played_effective_steps(const Experiment& experiment, std::
     nees.erase(nees.begin());
     runs.push_back(std::move(nees));
   }
-  if (static_cast<std::int64_t>(runs.size()) < kFewestRuns / 2) return std::nullopt;
+  if (static_cast<std::int64_t>(runs.size()) < kFewestPilotRuns / 2) return std::nullopt;
   return measured_effective_steps(runs);
 }
 
@@ -140,7 +140,7 @@ std::optional<double> played_effective_steps(const Experiment& experiment, std::
 // them.
 std::optional<double> pilot_effective_steps(const StudyStatistics& statistics) {
   const SkewedMoments& averages = statistics.nees_of_runs.moments;
-  if (averages.count < kFewestRuns) return std::nullopt;
+  if (averages.count < kFewestPilotRuns) return std::nullopt;
   double independent = 0.0, dof = 0.0, steps = 0.0;
   const std::vector<double> dofs = statistics.dofs(Quantity::nees);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
