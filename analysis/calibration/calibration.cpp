@@ -375,8 +375,7 @@ class PairedFactors {
       return interval;
     }
     if (excess(0.0) < 0.0) interval.lower = border(0.0, ratio, excess);
-    constexpr double kFarthest = 1e6;
-    for (double far = 2.0; far <= kFarthest; far *= far) {
+    for (const double far : {2.0, 4.0, 16.0, 256.0, 65536.0}) {
       if (excess(far * ratio) >= 0.0) continue;
       interval.upper = border(ratio, far * ratio, excess);
       break;
