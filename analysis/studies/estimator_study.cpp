@@ -284,26 +284,21 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
 }
 
-/// Holm over both directions of all of them.
-void adjust(std::span<DirectedPValues* const> of_all) {
+/// Holm over both directions of all rows, of the pose and the map.
+void adjust_p_values(std::vector<EstimatorRow>& rows) {
   std::vector<double*> places;
   std::vector<double> p_values;
-  for (DirectedPValues* p : of_all) {
-    for (double* place : {&p->optimistic, &p->pessimistic}) {
-      places.push_back(place);
-      p_values.push_back(*place);
+  for (EstimatorRow& row : rows) {
+    for (const EstimatorBlock block : kJudgedBlocks) {
+      DirectedPValues& p = row.p_values[at(block)];
+      for (double* place : {&p.optimistic, &p.pessimistic}) {
+        places.push_back(place);
+        p_values.push_back(*place);
+      }
     }
   }
   const std::vector<double> adjusted = holm(p_values);
   for (std::size_t i = 0; i < places.size(); ++i) *places[i] = adjusted[i];
-}
-
-void adjust_p_values(std::vector<EstimatorRow>& rows) {
-  std::vector<DirectedPValues*> judged;
-  for (EstimatorRow& row : rows) {
-    for (const EstimatorBlock block : kJudgedBlocks) judged.push_back(&row.p_values[at(block)]);
-  }
-  adjust(judged);
 }
 
 PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t b,

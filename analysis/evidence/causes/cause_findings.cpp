@@ -184,9 +184,7 @@ std::vector<Index> claimed_groups(const LawSums& law) {
 /// for a state too large for A, or too few runs.
 std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e, const Judgement& j) {
   constexpr std::int64_t kFewestRuns = 10;
-  const SecondMoments second = j.law.second_moments.of_stretches
-                                   ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
-                                   : e.law.second_moments;
+  const SecondMoments second = moments_tested(e, j.law.second_moments);
   if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
   ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
   if (std::ssize(e.layout.states) > largest_averaged(e.layout)) result.reason = "too many states";

@@ -67,12 +67,15 @@ void RunWhitened::add_square(const Vector& of, Index times) {
   squared += times;
   // Plain: of a few states an expression costs more than its numbers.
   const Index dim = of.size();
-  for (Index j = 0; j < dim; ++j) {
-    const double by = static_cast<double>(times) * of[j];
-    for (Index i = j; i < dim; ++i) outer(i, j) += by * of[i];
-  }
+  const auto add_to = [&](Matrix& sum) {
+    for (Index j = 0; j < dim; ++j) {
+      const double by = static_cast<double>(times) * of[j];
+      for (Index i = j; i < dim; ++i) sum(i, j) += by * of[i];
+    }
+  };
+  add_to(outer);
   if (!by_group) return;
-  squares.back().triangularView<Eigen::Lower>() += static_cast<double>(times) * of * of.transpose();
+  add_to(squares.back());
   squared_of_group.back() += times;
 }
 

@@ -83,11 +83,9 @@ SecondMomentJudgement judge_second_moments(const Evidence& e, const StretchAvera
                                            double confidence) {
   SecondMomentJudgement result;
   result.of = e.law.averaged;
-  const SecondMoments of_stretches = stretches.averages.count > 0
-                                         ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
-                                         : SecondMoments{};
-  const SecondMoments& moments = of_stretches.runs() > 0 ? of_stretches : e.law.second_moments;
-  result.of_stretches = of_stretches.runs() > 0;
+  result.of_stretches =
+      stretches.averages.count > 0 && e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees)).runs() > 0;
+  const SecondMoments moments = moments_tested(e, result);
   result.test = test_second_moments(moments, confidence);
   if (!result.test.reason.empty()) return result;
   const Index dim = moments.dim();
@@ -305,6 +303,11 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 }
 
 }  // namespace
+
+SecondMoments moments_tested(const Evidence& e, const SecondMomentJudgement& judged) {
+  return judged.of_stretches ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
+                             : e.law.second_moments;
+}
 
 LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, double confidence, double margin,
                        double claimed_sigma, const StretchAverages& stretches) {

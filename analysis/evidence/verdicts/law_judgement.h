@@ -40,6 +40,9 @@ struct SecondMomentJudgement {
   std::string worst;          ///< the direction of the smallest p-value in words
 };
 
+/// What that is the test of.
+SecondMoments moments_tested(const Evidence& evidence, const SecondMomentJudgement& judged);
+
 /// Whether the errors have a mean, as they have with a bias of the sensor or of the model, which the
 /// innovations of a filter that takes it into its state do not show.
 struct ErrorMeanJudgement {
