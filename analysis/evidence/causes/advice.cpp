@@ -15,11 +15,11 @@
 namespace credence::internal {
 namespace {
 
-/// The larger one of the mean over all steps and of the worst step, which hardly moves it.
+/// Of the mean over all steps, or of the worst step where that decided: it hardly moves the mean.
 double standardised_deviation(const ConsistencyVerdict& verdict) {
   const double dof_per_step = verdict.dof / static_cast<double>(verdict.steps_tested);
   const double overall = (verdict.mean / verdict.expected - 1.0) * std::sqrt(0.5 * dof_per_step);
-  if (verdict.worst_step < 0) return overall;
+  if (verdict.worst_step < 0 || !verdict.decided_by_steps) return overall;
   const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
   const double at_worst = (worst.mean / worst.expected - 1.0) * std::sqrt(0.5 * worst.total_dof);
   return std::abs(overall) > std::abs(at_worst) ? overall : at_worst;

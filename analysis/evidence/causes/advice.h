@@ -61,8 +61,8 @@ struct ResponsibleBlock {
   bool joint_only = false;  ///< the whole state is inconsistent but no block: cross-covariances are wrong
 };
 
-/// The block with the largest standardised deviation (mean/expected − 1) √(dof per step / 2) among the blocks
-/// that are inconsistent after Holm's adjustment over the blocks.
+/// The block with the largest standardised deviation (mean/expected − 1) √(dof per step / 2), of the mean or
+/// of the step that decided, among the blocks that are inconsistent after Holm's adjustment over the blocks.
 ResponsibleBlock responsible_block(const ConsistencyVerdict& whole, std::span<const BlockVerdict> blocks);
 
 /// The power with which the runs that settle a case would settle it (settle_nees and settle_nis of

@@ -19,6 +19,8 @@ void append(std::vector<T>& to, const std::vector<T>& from, std::size_t most) {
 void BlockSums::merge(const BlockSums& later) {
   merge_series(nees, later.nees);
   runs.merge(later.runs);
+  append(few, later.few, std::numeric_limits<std::size_t>::max());
+  if (runs.moments.count > StretchSums::kMostRuns) few.clear();
   squared_error.merge(later.squared_error);
   claimed.merge(later.claimed);
 }

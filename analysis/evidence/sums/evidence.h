@@ -9,6 +9,7 @@
 
 #include "analysis/evidence/sums/law_sums.h"
 #include "analysis/evidence/sums/score_sums.h"
+#include "analysis/laws/correlation/coarse_series.h"
 #include "analysis/laws/correlation/lateness.h"
 #include "analysis/laws/correlation/whiteness.h"
 #include "analysis/laws/gate_rejection.h"
@@ -48,7 +49,8 @@ struct BlockSums {
   std::string name;
   Part part = Part::other;
   SumsOverSteps nees;
-  RunAverages runs;       ///< of NEES
+  RunAverages runs;               ///< of NEES
+  std::vector<CoarseSeries> few;  ///< NEES / dof over the steps of each run, of few (StretchSums::kMostRuns)
   Moments squared_error;  ///< over whole runs: ‖e‖² averaged over the steps, of a map for each landmark
   Moments claimed;        ///< the same of tr P
 

@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 12;
+constexpr std::uint32_t kFormat = 13;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -195,7 +195,14 @@ class Pass {
   }
 
   void one(Held<BlockSums>& block) {
-    (*this)(block.name, block.part, block.nees, block.runs, block.squared_error, block.claimed);
+    (*this)(block.name, block.part, block.nees, block.runs, block.few, block.squared_error, block.claimed);
+  }
+
+  void one(Held<CoarseSeries>& series) {
+    std::vector<double> averages = series.averages();
+    std::int64_t rows = series.rows_per_value();
+    (*this)(averages, rows);
+    if constexpr (kReads) series = CoarseSeries(std::move(averages), rows);
   }
 
   /// The sensor is known.

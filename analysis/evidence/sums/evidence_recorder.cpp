@@ -88,6 +88,7 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
     run.squared_error.resize(layout_.blocks.size());
     run.claimed.resize(layout_.blocks.size());
     run.blocks.resize(layout_.blocks.size());
+    if (few) run.block_nees.resize(layout_.blocks.size());
     run.innovations.resize(layout_.sensors.size());
   }
 }
@@ -200,6 +201,7 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
       run.vehicle.add(value, dof);
     }
     run.blocks[b].add(value, dof);
+    if (dof > 0 && !run.block_nees.empty()) run.block_nees[b].add(value / static_cast<double>(dof));
     if (entry_ > 0) at_step(sums_of_block(b).nees, entry_).add(value, dof);
     const std::vector<Index>& at = places.of_block[b];
     const double share = block.part == Part::map
@@ -394,6 +396,7 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
     sums.squared_error.add(run.squared_error[b].mean);
     sums.claimed.add(run.claimed[b].mean);
     run.blocks[b].add_to(sums.runs);
+    if (!run.block_nees.empty() && run.blocks[b].dof > 0.0) sums.few.push_back(std::move(run.block_nees[b]));
   }
   if (run.last_state.P.size() > 0) close_last(run.last_state);
   if (run.last.error.size() == 0) return;

@@ -61,6 +61,7 @@ class EvidenceRecorder {
     Moments values{};           ///< of NEES
     RunSum whole{}, vehicle{};  ///< of NEES
     std::vector<RunSum> blocks{};
+    std::vector<CoarseSeries> block_nees{};           ///< NEES / dof of each block, of few runs
     std::vector<Moments> squared_error{}, claimed{};  ///< of each block
     std::vector<RunInnovations> innovations{};        ///< of each sensor of the layout
     BlockError last{}, last_state{};                  ///< of the block that leads, and of the whole state

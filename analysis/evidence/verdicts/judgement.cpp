@@ -37,15 +37,25 @@ SkewedMoments averages_compared(const Evidence& e, const StretchAverages& stretc
   return e.whole_runs.nees.size() > 1 ? stretches.averages : SkewedMoments{};
 }
 
+/// These averages of stretches, which are compared where the runs are too few.
+RunAverages in_place_of(const RunAverages& runs, const SkewedMoments& averages) {
+  return {.moments = averages, .first = {}, .least_dof = runs.least_dof};
+}
+
+std::string method_of_stretches(const RunAverages& runs, const SkewedMoments& averages) {
+  const std::int64_t count = runs.moments.count;
+  return fmt::format("; of {} {} stretches, longer than ten correlation times each",
+                     count == 1 ? "the run its" : fmt::format("{} runs their", count), averages.count);
+}
+
 /// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.
 ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, const SkewedMoments& averages,
                                double confidence) {
   const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
   if (averages.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
-  const RunAverages stretches{.moments = averages, .first = {}, .least_dof = s.nees_of_runs.least_dof};
-  ConsistencyVerdict v = judge_state(e, nees, confidence, &stretches);
-  v.method += fmt::format("; of {} runs their {} stretches, longer than ten correlation times each",
-                          s.nees_of_runs.moments.count, stretches.moments.count);
+  const RunAverages of_stretches = in_place_of(s.nees_of_runs, averages);
+  ConsistencyVerdict v = judge_state(e, nees, confidence, &of_stretches);
+  v.method += method_of_stretches(s.nees_of_runs, averages);
   return v;
 }
 
@@ -87,7 +97,20 @@ void judge_verdicts(const Evidence& e, const StudyStatistics& s, const SkewedMom
   if (e.sensors.size() > 1) join_sensors(j.sensors, j.nis);
 }
 
-void judge_blocks(const Evidence& e, const JudgementContext& context, Judgement& j) {
+/// Of few long runs their stretches are compared where those of the whole state are: no error stays then.
+ConsistencyVerdict judge_block(const BlockSums& block, const StepSeries& nees, bool of_stretches,
+                               double confidence) {
+  SkewedMoments averages;
+  if (of_stretches && std::ssize(block.few) == block.runs.moments.count)
+    averages = stretch_averages(averages_alike(block.few)).averages;
+  if (averages.count == 0) return judge_nees(nees.moments, nees.dof, confidence, &block.runs);
+  const RunAverages stretches = in_place_of(block.runs, averages);
+  ConsistencyVerdict v = judge_nees(nees.moments, nees.dof, confidence, &stretches);
+  v.method += method_of_stretches(block.runs, averages);
+  return v;
+}
+
+void judge_blocks(const Evidence& e, const JudgementContext& context, bool of_stretches, Judgement& j) {
   const std::size_t steps = e.study.steps.size();
   for (const BlockSums& block : e.blocks) {
     // A map of one landmark is that landmark.
@@ -95,7 +118,7 @@ void judge_blocks(const Evidence& e, const JudgementContext& context, Judgement&
         block.part == Part::map && std::ranges::count(e.blocks, Part::landmark, &BlockSums::part) == 1;
     if (single) continue;
     const StepSeries s = series_of(block.nees, steps);
-    j.blocks.push_back({block.name, judge_nees(s.moments, s.dof, j.confidence, &block.runs)});
+    j.blocks.push_back({block.name, judge_block(block, s, of_stretches, j.confidence)});
   }
   if (j.blocks.size() < 2) j.blocks.clear();
   if (j.blocks.empty()) return;
@@ -412,7 +435,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   const StretchAverages stretches = stretches_of(e, all);
   const SkewedMoments averages = averages_compared(e, stretches);
   judge_verdicts(e, all, averages, j);
-  judge_blocks(e, context, j);
+  judge_blocks(e, context, stretches.averages.count > 0, j);
   name_steps(e, context, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);

@@ -410,6 +410,34 @@ TEST(Judgement, AnErrorThatStaysIsNoWrongCovariance) {
   EXPECT_NE(judge(logs_of(3, 400, 0.0, 1.0)).nees.method.find("their 21 stretches"), std::string::npos);
 }
 
+// One state of several is wrong, over all of the run: its steps alone did not tell, and NEES of all hardly.
+TEST(Judgement, OfFewLongRunsTheBlockThatIsWrongIsNamed) {
+  const auto bias_is_larger = [](Step& row, int) {
+    const Eigen::LLT<Matrix> root(row.P);
+    Vector u = root.matrixL().solve(row.error);
+    u[3] *= std::sqrt(1.6);
+    row.error = root.matrixL() * u;
+  };
+  for (const int runs : {1, 3}) {
+    int named = 0, others = 0;
+    for (unsigned i = 0; i < 20; ++i) {
+      const Judgement j = judge(logs_of(runs, 3000 / runs, 0.5, 1.0, bias_is_larger, 50 * (i + 1)));
+      for (const BlockVerdict& block : j.blocks) {
+        const bool optimistic = block.verdict.verdict == Verdict::optimistic;
+        (block.name == "bias" ? named : others) += optimistic;
+        EXPECT_NE(block.verdict.method.find("stretches, longer than"), std::string::npos);
+      }
+    }
+    EXPECT_EQ(named, 20) << runs;
+    EXPECT_LE(others, 4) << runs;
+  }
+  // As many runs as need none, and a landmark that stays.
+  for (const BlockVerdict& block : judge(logs_of(20, 150, 0.5, 1.0)).blocks)
+    EXPECT_EQ(block.verdict.method.find("stretches"), std::string::npos);
+  for (const BlockVerdict& block : judge(logs_with_a_standing_bias(1, 400, 3)).blocks)
+    EXPECT_EQ(block.verdict.method.find("stretches"), std::string::npos);
+}
+
 /// Runs of an exact filter of 21 states, whose first block is of three. All errors are white but that of
 /// state 15, of this memory; true over claimed covariance: `factor`.
 Evidence large_state(int runs, std::int64_t steps, double memory, double factor, unsigned seed) {
