@@ -15,6 +15,7 @@
 #include "app/standard_input.h"
 #include "app/study_runner.h"
 #include "app/tell.h"
+#include "core/large_pages.h"
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/log_name.h"
 #include "datasets/logs/number_field.h"
@@ -103,6 +104,7 @@ CheckedLogs judge(const CheckArguments& options, const std::vector<fs::path>& fi
   constexpr std::int64_t kMegabyte = 1'000'000;
   ProgressDisplay display("check", options.quiet, "MB");
   CheckOptions how = options_of(options);
+  if (files.size() == 1) use_one_heap();  // one thread reads, and one adds up
   how.progress = [&](std::int64_t bytes, std::int64_t all) {
     display.show({.runs_done = bytes / kMegabyte, .runs_total = all / kMegabyte + 1});
   };

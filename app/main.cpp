@@ -22,6 +22,7 @@
 #include "app/shell_word.h"
 #include "app/suggestion.h"
 #include "core/append_item.h"
+#include "core/large_pages.h"
 #include "core/version.h"
 #include "montecarlo/engine/shared_tasks.h"
 
@@ -151,6 +152,7 @@ int obey(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace credence::internal;
+  use_large_pages();
   occupy_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
   try {

@@ -15,6 +15,7 @@
 #include "datasets/logs/conventions/log_conventions.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
+#include "datasets/logs/short_fields.h"
 #include "datasets/logs/short_number.h"
 #include "datasets/logs/symmetry.h"
 
@@ -88,6 +89,8 @@ void FilterLogReader::parse_fields(std::string_view line) {
   const char* begin = line.data();
   const char* const line_end = begin + line.size();
   for (; begin <= line_end; ++begin, ++count) {
+    begin = read_short_fields(begin, line_end, fields_, count);
+    if (begin > line_end) break;
     double number = 0.0;
     char& is_long = long_[std::min(count, columns)];
     const char* end = is_long ? nullptr : read_short_number(begin, line_end, number);
@@ -176,8 +179,10 @@ void FilterLogReader::check_order() {
 Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept,
                                       Index size, Matrix& out, std::string_view& problem) const {
   const Index n = std::ssize(kept);
-  const auto value = [&](Index column) { return fields_[static_cast<std::size_t>(column)]; };
+  const double* const value = fields_.data();
+  const Index *const upper = matrix.upper.data(), *const lower = matrix.lower.data();
   out.resize(n, n);
+  double* const P = out.data();
   Index missing = -1;
   bool full = false;
   std::size_t next = 0;  // of all components in their order
@@ -186,13 +191,13 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
       const std::size_t place = n == size ? next++
                                           : triangle_index(kept[static_cast<std::size_t>(i)],
                                                            kept[static_cast<std::size_t>(j)], size);
-      const double entry = value(matrix.upper[place]);
-      out(i, j) = out(j, i) = entry;
-      if (std::isnan(entry)) missing = matrix.upper[place];
-      if (matrix.lower[place] < 0) continue;
+      const double entry = value[upper[place]];
+      P[i + j * n] = P[j + i * n] = entry;
+      if (std::isnan(entry)) missing = upper[place];
+      if (lower[place] < 0) continue;
       full = true;
-      out(i, j) = value(matrix.lower[place]);
-      if (std::isnan(out(i, j))) missing = matrix.lower[place];
+      P[i + j * n] = value[lower[place]];
+      if (std::isnan(P[i + j * n])) missing = lower[place];
     }
   }
   if (!full || missing >= 0) return missing;

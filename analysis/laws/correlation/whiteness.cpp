@@ -28,9 +28,47 @@ Matrix standardise(const Matrix& product, const Eigen::LLT<Matrix>& factor) {
   return factor.matrixL().solve(half.transpose()).transpose();
 }
 
-/// sum += factor x, of two arrays apart from each other.
-void add_multiple(double factor, const double* __restrict x, Index count, double* __restrict sum) {
-  for (Index i = 0; i < count; ++i) sum[i] += factor * x[i];
+/// What the sums of `count` lags are made of.
+struct Lags {
+  const double* recent;         ///< of each component, `row` numbers apart
+  const std::int64_t* present;  ///< one for each lag
+  Index dim, row, count;
+  double* sums;
+  std::int64_t* pairs;
+};
+
+/// sums += u_i u_j(k − h), pairs += present.
+template <Index kCount>
+[[gnu::always_inline]] inline void add_products(const Lags& lags, const double* u) {
+  const Index count = kCount > 0 ? kCount : lags.count;
+  double* __restrict sums = lags.sums;
+  for (Index i = 0; i < lags.dim; ++i) {
+    const double factor = u[i];
+    const double* recent = lags.recent;
+    for (Index j = 0; j < lags.dim; ++j, sums += count, recent += lags.row) {
+      for (Index h = 0; h < count; ++h) sums[h] += factor * recent[h];
+    }
+  }
+  const std::int64_t* present = lags.present;
+  std::int64_t* __restrict pairs = lags.pairs;
+  for (Index h = 0; h < count; ++h) pairs[h] += present[h];
+}
+
+constexpr Index kMostUsed = 21;  // lags 0 to 20
+
+#if defined(__x86_64__)
+[[gnu::target("avx2")]] void add_products_avx2(const Lags& lags, const double* u) {
+  add_products<kMostUsed>(lags, u);
+}
+#endif
+
+void add_products(const Lags& lags, const double* u) {
+  if (lags.count != kMostUsed) return add_products<0>(lags, u);
+#if defined(__x86_64__)
+  static const bool wide = __builtin_cpu_supports("avx2");
+  if (wide) return add_products_avx2(lags, u);
+#endif
+  add_products<kMostUsed>(lags, u);
 }
 
 std::string_view reason_not_to_test(const LagProducts& products) {
@@ -107,16 +145,14 @@ void LagProducts::add(VectorRef u) {
   }
   for (Index j = 0; j < dim_; ++j) recent_[static_cast<std::size_t>(j * row() + begin_)] = u[j];
   present_[static_cast<std::size_t>(begin_)] = 1;
-  const Index count = lags() + 1;
-  double* sums = sums_.data();
-  for (Index i = 0; i < dim_; ++i) {
-    const double factor = u[i];
-    for (Index j = 0; j < dim_; ++j, sums += count) {
-      add_multiple(factor, recent_.data() + j * row() + begin_, count, sums);
-    }
-  }
-  const std::int64_t* present = present_.data() + begin_;
-  for (Index lag = 0; lag < count; ++lag) pairs_[static_cast<std::size_t>(lag)] += present[lag];
+  add_products({.recent = recent_.data() + begin_,
+                .present = present_.data() + begin_,
+                .dim = dim_,
+                .row = row(),
+                .count = lags() + 1,
+                .sums = sums_.data(),
+                .pairs = pairs_.data()},
+               u.data());
   advance();
 }
 
