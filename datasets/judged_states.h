@@ -15,6 +15,8 @@ namespace credence::internal {
 class JudgedStates {
  public:
   void begin_run(const std::string& name, const RunLayout& layout);
+  /// The run that is open has this name after all.
+  void rename_run(const std::string& name) { ends_.rename_run(name); }
   void add(const Step& step);
   /// The run that is open failed, and says so.
   void failed() { ends_.failed(); }

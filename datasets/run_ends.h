@@ -13,6 +13,8 @@ class RunEnds {
  public:
   /// `can_be_judged`: its rows have states with a truth.
   void begin_run(const std::string& name, bool can_be_judged);
+  /// The run that is open has this name after all.
+  void rename_run(const std::string& name) { name_ = name; }
   /// `judged`: the row at this step, later than those before it, has states and their truth.
   void add(std::int64_t step, bool judged);
   /// The run that is open said itself that it failed.

@@ -26,6 +26,7 @@
 #include "core/stop_point.h"
 #include "core/utf8.h"
 #include "core/version.h"
+#include "datasets/arrays/array_copies.h"
 #include "datasets/arrays/array_evidence.h"
 #include "datasets/arrays/array_mistakes.h"
 #include "datasets/data_error.h"
@@ -131,6 +132,7 @@ class Collector {
     mistakes_ = interruptible([&](const auto& stop, const auto&) {
       const StopScope scope(&stop);
       try {
+        copies_ = array_copies(arrays);
         return array_mistakes(arrays);
       } catch (const Stopped&) {
         return std::vector<std::string>();
@@ -149,15 +151,18 @@ class Collector {
                     {.confidence = confidence,
                      .sensitivity = sensitivity,
                      .margin = within,
-                     .times = StepTimes::every(dt)},
+                     .times = StepTimes::every(dt),
+                     .copies = copies_.many() ? copies_.says : std::string()},
                     !mistakes_.empty(), runs);
     runs.remarks = std::move(mistakes_);
+    if (!copies_.says.empty()) runs.remarks.push_back(std::move(copies_.says));
     std::ranges::move(judged_.sentences(), std::back_inserter(runs.remarks));
     runs.failures_said = std::move(failures_said_);
     evidence_ = {};
     calibration_ = {};
     failures_said_ = {};
     mistakes_ = {};
+    copies_ = {};
     judged_ = {};
     return tell(JudgedFilter(judged_logs(std::move(runs))));
   }
@@ -197,6 +202,7 @@ class Collector {
   CalibrationUnits calibration_;
   std::map<std::int64_t, std::string> failures_said_;
   std::vector<std::string> mistakes_;
+  CopiedRuns copies_;
   JudgedStates judged_;
 };
 

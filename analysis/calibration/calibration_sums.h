@@ -82,6 +82,8 @@ class CalibrationRecorder {
   static bool takes(const RunLayout& layout);
 
   void begin_run(const RunLayout& layout, std::string name);
+  /// The run that is open has this name after all.
+  void rename_run(std::string name) { run_.name = std::move(name); }
   /// distance_m: that the truth has travelled in the run so far; NaN where it is not known. `factored`: of
   /// this step, by an EvidenceRecorder of the same layout, so that it is not done again.
   void add(const Step& step, double distance_m = kNaN, FactoredState factored = {});

@@ -20,6 +20,9 @@ class InnovationSink final : public LogSink {
     fingerprints_.begin_file(file);
     number_.begin_file();
   }
+  void end_file() {
+    if (number_.alone()) fingerprints_.name_by_file();
+  }
   void run_number(double number) override { number_.tell(number); }
   void begin_run(const RunLayout& layout) override {
     fingerprints_.begin_run(number_.next());
@@ -106,6 +109,7 @@ std::vector<SensorRecord> read_innovations(std::span<const std::filesystem::path
   for (const std::filesystem::path& file : files) {
     sink.begin_file(file);
     read(file, sink);
+    sink.end_file();
   }
   return sink.take();
 }

@@ -33,6 +33,7 @@ struct Group {
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses;
   CalibrationRecorder calibration;
+  std::vector<std::string> run_names;
   JudgedStates judged;
   StepTimes times;
   RunFingerprints fingerprints;
@@ -83,6 +84,7 @@ class GroupSums final : public RowSink {
     sums_.begin_run();
     calibration_.begin_run(layout, name);
   }
+  void rename_run(const std::string& name) override { calibration_.rename_run(name); }
   void add(const NormalisedRow& row) override {
     if (row.left) {
       if (sums_.add(row.state)) calibration_.add(row.state, row.travelled_m, sums_.factored());
@@ -113,6 +115,14 @@ class GroupSink final : public LogSink {
     number_.begin_file();
     group_.fingerprints.begin_file(file);
   }
+  /// A run that is alone in its file has no number.
+  void end_file() {
+    if (!number_.alone()) return;
+    group_.fingerprints.name_by_file();
+    group_.judged.rename_run(file_.string());
+    group_.run_names.back() = file_.stem().string();
+    rows_->rename_run(group_.run_names.back());
+  }
   /// The rows that come are handed on to these.
   LogSink& to(RowSink& rows) {
     rows_ = &rows;
@@ -127,12 +137,13 @@ class GroupSink final : public LogSink {
       places_ = {};
     }
     calibrated_ = CalibrationRecorder::takes(layout);
-    const std::optional<double> number = number_.next();
+    const double number = number_.next();
     group_.fingerprints.begin_run(number);
     group_.times.begin_run();
     group_.judged.begin_run(run_name(file_.string(), number), layout);
     // The same file in another folder or format is another filter's log of these runs.
-    rows_->begin_run(file_, layout, run_name(file_.stem().string(), number));
+    group_.run_names.push_back(run_name(file_.stem().string(), number));
+    rows_->begin_run(file_, layout, group_.run_names.back());
   }
   void run_number(double number) override { number_.tell(number); }
   void add(const Step& step) override {
@@ -236,8 +247,10 @@ void read_files(std::span<const std::filesystem::path> files, const LogFileReade
     sink.begin_file(file);
     try {
       read(file, sink.to(rows));
+      sink.end_file();
     } catch (const DataError& error) {
       if (!partial || sink.steps() == 0) throw;
+      sink.end_file();
       sink.remark(fmt::format("only a part could be read: {}", error.what()));
     }
   }
@@ -317,6 +330,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     std::ranges::move(group.remarks, std::back_inserter(result.remarks));
     std::ranges::move(group.poses, std::back_inserter(result.poses));
     result.calibration.append(group.calibration);
+    std::ranges::move(group.run_names, std::back_inserter(result.run_names));
     result.times.merge(group.times);
     result.judged.merge(group.judged);
     fingerprints.append(std::move(group.fingerprints));
@@ -330,6 +344,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   fingerprints.require_distinct();
   for (RunFingerprints::Likeness& likeness : fingerprints.likenesses())
     result.remarks.push_back({std::move(likeness.file), std::move(likeness.sentence)});
+  result.copies = fingerprints.copies();
   result.complete = merged == groups;
   leave_out_chance(result, unexplained);
   return result;

@@ -13,6 +13,7 @@
 #include "analysis/evidence/verdicts/step_times.h"
 #include "datasets/judged_states.h"
 #include "datasets/logs/log_sink.h"
+#include "datasets/logs/rounded_copies.h"
 
 namespace credence::internal {
 
@@ -44,7 +45,9 @@ struct LogJudgeResult {
   /// In the order of the files. Of hints the first alone, and only where more files have one than chance
   /// explains and than misfit without one.
   std::vector<LogRemark> remarks;
-  std::vector<LogPoses> poses{};  ///< of the files that hold some, in their order
+  std::vector<LogPoses> poses{};         ///< of the files that hold some, in their order
+  std::vector<std::string> run_names{};  ///< of all, without folder and ending (run_name.h)
+  CopiedRuns copies{};
   JudgedStates judged{};
   CalibrationUnits calibration{};
   StepTimes times{};

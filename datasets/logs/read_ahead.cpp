@@ -129,6 +129,9 @@ class BatchSink final : public RowSink {
                  const std::string& name) override {
     call([=](RowSink& rows) { rows.begin_run(file, layout, name); });
   }
+  void rename_run(const std::string& name) override {
+    call([=](RowSink& rows) { rows.rename_run(name); });
+  }
   NormalisedRow& room() override { return batch_.next().row; }
   void add(const NormalisedRow& row) override {
     if (&row != &room()) room() = row;

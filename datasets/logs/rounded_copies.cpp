@@ -1,5 +1,7 @@
 #include "datasets/logs/rounded_copies.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <bit>
@@ -131,6 +133,25 @@ std::vector<RoundedCopies::Pair> RoundedCopies::pairs() const {
   const auto same_run = [](const Pair& a, const Pair& b) { return a.run == b.run; };
   found.erase(std::unique(found.begin(), found.end(), same_run), found.end());
   return found;
+}
+
+CopiedRuns RoundedCopies::found(const std::function<std::string(std::size_t run)>& name) const {
+  const std::vector<Pair> all = pairs();
+  CopiedRuns copied{.runs = std::ssize(all), .of = std::ssize(runs_), .says = {}};
+  if (all.empty()) return copied;
+  const Pair& pair = all.front();
+  copied.says = fmt::format(
+      "{} has, in all rows that were looked at of the {} it shares, the errors of {}, but for {:.2g} of "
+      "their "
+      "size or less{}: if it is a copy that was rounded, was given a little noise or is in another format, "
+      "it "
+      "is no independent run, and counted twice. Independent runs agree so by chance, and where no noise "
+      "drives them.",
+      name(pair.run), pair.rows, name(pair.other), pair.largest,
+      all.size() == 1   ? ""
+      : all.size() == 2 ? ", and so has one more run those of another"
+                        : fmt::format(", and so have {} more runs those of others", all.size() - 1));
+  return copied;
 }
 
 }  // namespace credence::internal

@@ -2,10 +2,22 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace credence::internal {
+
+/// Runs that are nearly the same as another one, and so not independent.
+struct CopiedRuns {
+  std::int64_t runs = 0, of = 0;  ///< so many of so many
+  std::string says;               ///< of them; empty: there are none
+
+  /// Whether they decide what is found: every test takes runs for independent, whose means scatter the more
+  /// by as many as are there twice.
+  bool many() const { return runs > 0 && 10 * runs >= of; }
+};
 
 /// Finds runs whose numbers are those of another one but for rounding, as of the same run in another format.
 ///
@@ -31,6 +43,8 @@ class RoundedCopies {
   };
   /// One of each run that is like an earlier one.
   std::vector<Pair> pairs() const;
+  /// They in a sentence, of runs by these names.
+  CopiedRuns found(const std::function<std::string(std::size_t run)>& name) const;
 
  private:
   struct Run {

@@ -36,6 +36,8 @@ class RowSink {
   /// The rows that follow belong to another run of this file; `name`: of the run.
   virtual void begin_run(const std::filesystem::path& file, const RunLayout& layout,
                          const std::string& name) = 0;
+  /// The run that is open has this name after all.
+  virtual void rename_run(const std::string& name) = 0;
   virtual void add(const NormalisedRow& row) = 0;
   /// Where the next row is written best: there it is not copied, and it keeps its memory.
   virtual NormalisedRow& room() { return room_; }

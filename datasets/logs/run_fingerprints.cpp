@@ -145,17 +145,11 @@ std::vector<RunFingerprints::Likeness> RunFingerprints::likenesses() const {
                      "of their own cannot: what is there twice is counted twice.",
                      s.first, s.last, name(run), s.other_first, s.other_first + s.last - s.first, of_other)});
   }
-  for (const RoundedCopies::Pair& pair : rounded_.pairs()) {
-    const Run &run = runs_[pair.run], &other = runs_[pair.other];
-    all.push_back(
-        {*run.file,
-         fmt::format(
-             "{} has, in all rows that were looked at of the {} it shares, the errors of {}, but for {:.2g} "
-             "of their size or less: if it is a copy that was rounded, or one in another format, it is "
-             "counted twice. Independent runs agree so by chance, and where no noise drives them.",
-             name(run), pair.rows, name(other), pair.largest)});
-  }
   return all;
+}
+
+CopiedRuns RunFingerprints::copies() const {
+  return rounded_.found([this](std::size_t run) { return name_of(runs_[run], runs_[run].file->string()); });
 }
 
 }  // namespace credence::internal

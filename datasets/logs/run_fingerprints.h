@@ -31,6 +31,8 @@ class RunFingerprints {
   /// The runs that follow are in this file, which must outlive this.
   void begin_file(const std::filesystem::path& file);
   void begin_run(std::optional<double> number = {});
+  /// The run that is open is alone in its file.
+  void name_by_file() { runs_.back().number.reset(); }
   void add(const Step& step);
 
   /// The runs of `later` come behind those of this.
@@ -44,8 +46,10 @@ class RunFingerprints {
     std::filesystem::path file;
     std::string sentence;
   };
-  /// Copies that were rounded (RoundedCopies), and stretches of rows that are there twice (RepeatedRows).
+  /// Stretches of rows that are there twice (RepeatedRows).
   std::vector<Likeness> likenesses() const;
+  /// Of all files (RoundedCopies).
+  CopiedRuns copies() const;
 
  private:
   struct Run {

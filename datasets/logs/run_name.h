@@ -13,18 +13,17 @@ inline std::string run_name(const std::string& file, std::optional<double> numbe
   return number ? fmt::format("run {} of {}", *number, file) : file;
 }
 
-/// The number of a run that begins: that which its file has told of it, or for its second and further runs
-/// their place from 0.
+/// The number of a run that begins: that which its file has told of it, or its place from 0.
 class RunNumber {
  public:
   void begin_file() { runs_ = 0; }
   /// Whether a run of the file has begun.
   bool any() const { return runs_ > 0; }
+  /// Whether one has, and no other: at the end of the file it is named by it, whatever its number.
+  bool alone() const { return runs_ == 1; }
   void tell(double number) { told_ = number; }
-  std::optional<double> next() {
-    const std::optional<double> number = told_       ? told_
-                                         : runs_ > 0 ? std::optional<double>(runs_)
-                                                     : std::nullopt;
+  double next() {
+    const double number = told_.value_or(runs_);
     told_.reset();
     ++runs_;
     return number;

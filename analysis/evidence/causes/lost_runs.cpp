@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "core/append_item.h"
@@ -11,16 +12,10 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kLostLevel = 1e-3;
+constexpr double kBeyondLevel = 1e-9;
 constexpr std::size_t kFewestToLose = 5, kMostOf = 4;
 constexpr std::int64_t kFewestLostRows = 10;
 constexpr double kBeyondMedian = 10.0, kOthersWrong = 2.0;
-
-double sum_of_run(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return sum;
-}
 
 /// Of an even number of values the larger one in the middle.
 double median_of_runs(std::vector<double> values) {
@@ -31,30 +26,42 @@ double median_of_runs(std::vector<double> values) {
 
 }  // namespace
 
-LostRuns find_lost_runs(std::span<const std::vector<double>> nees, double least_dof) {
-  if (nees.size() < kFewestToLose || !(least_dof > 0.0)) return {};
+RunCourse course_of(std::span<const double> nees, double least_dof) {
+  const double limit = chi_square_upper_quantile(kBeyondLevel, least_dof) / least_dof;
+  RunCourse course{.rows = std::ssize(nees)};
+  double sum = 0.0;
+  for (std::size_t k = 0; k < nees.size(); ++k) {
+    sum += nees[k];
+    if (!(nees[k] > limit)) continue;
+    if (course.beyond++ == 0) course.first = static_cast<std::int64_t>(k) + 1;
+  }
+  course.mean = sum / static_cast<double>(course.rows);
+  return course;
+}
+
+LostRuns find_lost_runs(std::span<const RunCourse> runs) {
+  if (runs.size() < kFewestToLose) return {};
   std::vector<double> means;
+  means.reserve(runs.size());
   double rows = 0.0, sum = 0.0;
-  for (const std::vector<double>& run : nees) {
-    if (run.empty()) return {};
-    means.push_back(sum_of_run(run) / static_cast<double>(run.size()));
-    rows += static_cast<double>(run.size());
-    sum += sum_of_run(run);
+  const auto add = [&](const RunCourse& run, double sign) {
+    rows += sign * static_cast<double>(run.rows);
+    sum += sign * static_cast<double>(run.rows) * run.mean;
+  };
+  for (const RunCourse& run : runs) {
+    means.push_back(run.mean);
+    add(run, 1.0);
   }
-  const double limit = chi_square_upper_quantile(kLostLevel / rows, least_dof) / least_dof;
-  const double typical = median_of_runs(means);
+  const double typical = median_of_runs(std::move(means));
   LostRuns found;
-  for (std::size_t i = 0; i < nees.size(); ++i) {
-    if (!(means[i] > kBeyondMedian * typical)) continue;
-    const auto beyond = [limit](double value) { return value > limit; };
-    if (std::ranges::count_if(nees[i], beyond) < kFewestLostRows) continue;
-    const auto first = std::ranges::find_if(nees[i], beyond);
-    found.runs.push_back({static_cast<std::int64_t>(i), first - nees[i].begin() + 1, means[i]});
-    rows -= static_cast<double>(nees[i].size());
-    sum -= sum_of_run(nees[i]);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const RunCourse& run = runs[i];
+    if (!(run.mean > kBeyondMedian * typical) || run.beyond < kFewestLostRows) continue;
+    found.runs.push_back({static_cast<std::int64_t>(i), run.first, run.mean});
+    add(run, -1.0);
   }
-  if (found.runs.empty() || kMostOf * found.runs.size() > nees.size()) return {};
-  found.others = static_cast<std::int64_t>(nees.size() - found.runs.size());
+  if (found.runs.empty() || kMostOf * found.runs.size() > runs.size()) return {};
+  found.others = static_cast<std::int64_t>(runs.size() - found.runs.size());
   found.factor_of_others = sum / rows;
   const bool wrong = !(found.factor_of_others < kOthersWrong && found.factor_of_others > 1.0 / kOthersWrong);
   return wrong ? LostRuns{} : found;

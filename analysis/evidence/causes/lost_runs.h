@@ -11,6 +11,18 @@
 
 namespace credence::internal {
 
+/// How NEES of a run went over its rows.
+struct RunCourse {
+  double mean = 0.0;  ///< of NEES over its dof
+  std::int64_t rows = 0;
+  std::int64_t beyond = 0;  ///< rows with a NEES that no consistent filter has
+  std::int64_t first = 0;   ///< of them the first, from 1; 0: there is none
+};
+
+/// Of NEES over dof at every row, each of at least `least_dof`. Beyond is a row where a consistent filter is
+/// once in 10^9: in a thousand studies of 10^6 rows one is, however the rows depend on each other.
+RunCourse course_of(std::span<const double> nees, double least_dof);
+
 /// A run whose errors left P behind.
 struct LostRun {
   std::int64_t run = 0;  ///< its place among the runs looked at, from 0
@@ -29,14 +41,12 @@ struct LostRuns {
   bool others_are_right() const { return factor_of_others < 1.25 && factor_of_others > 0.8; }
 };
 
-/// The runs that are lost, of at least five of which no more than a quarter are. `nees`: of each run NEES
-/// over its dof at every row, each of at least `least_dof`.
+/// The runs that are lost, of at least five of which no more than a quarter are.
 ///
-/// Lost is a run with ten rows or more beyond the χ² quantile that one row of a thousand studies exceeds, if
-/// the filter is consistent, however its rows depend on each other (Bonferroni over the rows of all runs, at
-/// 1e-3), and a mean NEES more than ten times the median one. None are named where the mean NEES of the
-/// others is wrong by a factor of two or more: then something is wrong with the filter in every run.
-LostRuns find_lost_runs(std::span<const std::vector<double>> nees, double least_dof);
+/// Lost is a run with ten rows or more beyond (course_of) and a mean NEES more than ten times the median one.
+/// None are named where the mean NEES of the others is wrong by a factor of two or more: then something is
+/// wrong with the filter in every run.
+LostRuns find_lost_runs(std::span<const RunCourse> runs);
 
 /// "run 7": its name, or its number.
 std::string name_of(const LostRun& run);

@@ -93,14 +93,25 @@ void SensorSums::merge(const SensorSums& later) {
   unwrapped += later.unwrapped;
 }
 
-void RunSums::merge(const RunSums& later) {
+void RunSums::merge(const RunSums& later, double least_dof) {
   nees_values.merge(later.nees_values);
+  for (std::size_t i = kKept - nees.size(); i < later.nees.size(); ++i)
+    further.push_back(course_of(later.nees[i], least_dof));
+  further.insert(further.end(), later.further.begin(), later.further.end());
   append(nees, later.nees, kKept);
   append(last_error, later.last_error, kKept);
   append(last_covariance, later.last_covariance, kKept);
   if (last_whitened.count == 0 || last_whitened.mean.size() == later.last_whitened.mean.size()) {
     last_whitened.merge(later.last_whitened);
   }
+}
+
+std::vector<RunCourse> RunSums::courses(double least_dof) const {
+  std::vector<RunCourse> all;
+  all.reserve(nees.size() + further.size());
+  for (const std::vector<double>& run : nees) all.push_back(course_of(run, least_dof));
+  all.insert(all.end(), further.begin(), further.end());
+  return all;
 }
 
 void Evidence::merge(Evidence later) {
@@ -115,6 +126,8 @@ void Evidence::merge(Evidence later) {
   study.steps.resize(steps);
   later.study.steps.resize(steps);
   for (RunFailure& failure : later.study.failures) failure.run += study.runs;
+  const auto least_dof = static_cast<double>(later.study.nees_of_runs.least_dof);
+  whole_runs.merge(later.whole_runs, least_dof);
   study.merge(later.study);
   for (const BlockSums& sums : later.blocks) block({sums.name, sums.part, {}}).merge(sums);
   for (SensorSums& sums : later.sensors) {
@@ -127,7 +140,6 @@ void Evidence::merge(Evidence later) {
     }
   }
   coverage.merge(later.coverage);
-  whole_runs.merge(later.whole_runs);
   law.merge(later.law);
   lateness.merge(later.lateness);
   scores.merge(later.scores);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/causes/lost_runs.h"
 #include "analysis/evidence/sums/law_sums.h"
 #include "analysis/evidence/sums/score_sums.h"
 #include "analysis/laws/correlation/coarse_series.h"
@@ -134,10 +135,14 @@ struct RunSums {
   std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES / dof over its steps
   std::vector<Vector> last_error;         ///< of the block that leads (lead_block), at the end of each
   std::vector<Matrix> last_covariance;
-  VectorMoments last_whitened;  ///< of the whole state at the end (correlation_whitening.h); only of runs
-                                ///< with as many states, of which P is of full rank
+  std::vector<RunCourse> further;  ///< how NEES went in the runs behind the first kKept
+  VectorMoments last_whitened;     ///< of the whole state at the end (correlation_whitening.h); only of runs
+                                   ///< with as many states, of which P is of full rank
 
-  void merge(const RunSums& later);
+  /// least_dof: of the NEES of `later`.
+  void merge(const RunSums& later, double least_dof);
+  /// How NEES went in every run; least_dof: of the first kKept.
+  std::vector<RunCourse> courses(double least_dof) const;
 };
 
 /// Rows left out for one reason.

@@ -285,7 +285,7 @@ void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j
 /// By their numbers among all runs, of which the evidence has those that ended well.
 LostRuns lost_runs_of(const Evidence& e, std::span<const std::string> names) {
   if (!e.has_truth || !e.joint_covariance || e.whole_runs.nees.empty()) return {};
-  LostRuns lost = find_lost_runs(e.whole_runs.nees, static_cast<double>(e.study.nees_of_runs.least_dof));
+  LostRuns lost = find_lost_runs(e.whole_runs.courses(static_cast<double>(e.study.nees_of_runs.least_dof)));
   for (LostRun& run : lost.runs) {
     for (const RunFailure& failure : e.study.failures) run.run += failure.run <= run.run ? 1 : 0;
     const bool named = std::ssize(names) == e.study.runs;
@@ -468,6 +468,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (!e.has_truth) leave_coloured_open(j);
   leave_rejected_open(e, j);
   if (!fitted) j.causes = find_causes(findings_of(e, j));
+  if (!context.copies.empty() && (is_inconsistent(j.word.verdict) || !j.causes.empty()))
+    j.causes = {{Cause::shared_noise, context.copies}};
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;
 }

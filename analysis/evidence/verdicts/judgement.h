@@ -127,6 +127,9 @@ struct JudgementContext {
   std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
   /// Of each run of the evidence, where its number among them is not how it can be found.
   std::vector<std::string> run_names{};
+  /// Of runs so many of which are nearly the same as another one that this is the cause of all that is found:
+  /// what is told of them.
+  std::string copies{};
 };
 
 /// Judges the sums.

@@ -209,6 +209,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
   logs.remarks = remarks_of(result);
+  if (!result.copies.says.empty()) logs.remarks.push_back(result.copies.says);
   std::ranges::move(result.judged.sentences(), std::back_inserter(logs.remarks));
   judge_collected(
       std::move(result.evidence), std::move(result.calibration),
@@ -216,7 +217,9 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
        .sensitivity = options.sensitivity,
        .margin = options.within,
        .truth_fit = result.truth_fit,
-       .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr},
+       .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr,
+       .run_names = std::move(result.run_names),
+       .copies = result.copies.many() ? std::move(result.copies.says) : std::string()},
       result.explained(), logs);
   logs.analysis.complete = result.complete;
   require_something_to_judge(logs, files.front());

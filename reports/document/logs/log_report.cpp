@@ -90,14 +90,6 @@ bool told_by_errors(Cause cause) {
   return std::ranges::find(kCauses, cause) != std::end(kCauses);
 }
 
-/// Whether these are "run 0", "run 1", …, which say no more than a number.
-bool are_numbers(std::span<const std::string> names) {
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (names[i] != fmt::format("run {}", i)) return false;
-  }
-  return true;
-}
-
 /// Whether errors or innovations of the wrong size tell it.
 bool told_by_size(Cause cause) {
   constexpr Cause kCauses[] = {Cause::process_noise_too_small,
@@ -146,8 +138,6 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
     calibration.keep_whole_runs();
   logs.calibration = judge_calibration(calibration, context.confidence);
   context.claimed_sigma = logs.calibration.claimed_sigma;
-  for (const CalibrationRun& run : calibration.runs) context.run_names.push_back(run.name);
-  if (are_numbers(context.run_names)) context.run_names.clear();
   logs.analysis = analyse_logs(std::move(evidence), context);
   Judgement& judgement = logs.analysis.judgement;
   logs.units = unit_factors(calibration);

@@ -159,7 +159,8 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
                ? ScaleAdvice{.factor = noise.scale, .lower = noise.lower, .upper = noise.upper}
                : no_scale(noise.reason),
        .times =
-           read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr},
+           read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr,
+       .run_names = std::move(read_logs.run_names)},
       false, logs);
   logs.remarks = limits_of(judgement, replays, confidence);
   return judgement;

@@ -213,6 +213,17 @@ std::vector<std::string> file_names(std::span<const ReportedStudy> studies) {
   return names;
 }
 
+/// With how a run that is lost can be seen.
+std::vector<std::string> study_advice(const Judgement& judgement) {
+  std::vector<std::string> sentences = advice_sentences(judgement);
+  if (!judgement.lost.runs.empty()) {
+    sentences.push_back(
+        fmt::format("The same command with --only-run {} plays such a run again, step by step.",
+                    judgement.lost.runs.front().run));
+  }
+  return sentences;
+}
+
 void add_failures(Document& document, const StudyAnalysis& a) {
   if (a.statistics.failures.empty()) return;
   constexpr std::size_t kShown = 20;
@@ -254,7 +265,7 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
                                        a.scenario.study.seed)},
                   {"state", fmt::format("{} dimensions", a.state_dim)}});
   if (a.stop) document.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
-  if (a.judgement) document.bullets(advice_sentences(*a.judgement));
+  if (a.judgement) document.bullets(study_advice(*a.judgement));
   add_failures(document, a);
   if (std::string open = not_converged_sentence(a.statistics.not_converged, a.statistics.runs);
       !open.empty()) {
@@ -311,7 +322,7 @@ void show_on_terminal(Document& document, std::span<const ReportedStudy> studies
   }
   const StudyAnalysis& a = studies.front().analysis;
   if (studies.size() > 1 || !a.judgement) return;
-  document.show(advice_sentences(*a.judgement));
+  document.show(study_advice(*a.judgement));
   document.show(statistics_sentences(*a.judgement));
   if (std::string exact = exact_sentence(a); !exact.empty()) document.brief.emplace_back(std::move(exact));
 }

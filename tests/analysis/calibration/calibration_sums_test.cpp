@@ -226,9 +226,10 @@ TEST(CalibrationRecorder, LeavesOutWhatItCannotUse) {
   recorder.add(step_of_errors(Vector::Ones(2), Matrix{{1.0, 2.0}, {2.0, 1.0}}));
   recorder.add(step_of_errors(Vector{{1.0, kNaN}}, Matrix::Identity(2, 2)));
   recorder.add(step_of_number(1.0, 1.0));
+  recorder.rename_run("renamed");
   const std::vector<CalibrationRun> runs = recorder.take();
   ASSERT_EQ(runs.size(), 1U);
-  EXPECT_EQ(runs[0].name, "kept");
+  EXPECT_EQ(runs[0].name, "renamed");
   EXPECT_EQ(runs[0].whole.rows, 1);
   EXPECT_TRUE(runs[0].stretches.empty());
 }

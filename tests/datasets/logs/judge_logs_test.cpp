@@ -71,6 +71,47 @@ LogJudgeResult judge_files(const Files& files) {
 const std::vector<std::string> kThree = {"pose.x", "pose.y", "bias"}, kTwo = {"pose.x", "bias"},
                                kOthers = {"pose.x", "pose.y", "clock"};
 
+/// Runs with these numbers in their file.
+LogJudgeResult judge_numbered(const std::string& file, const std::vector<double>& numbers, int threads) {
+  const std::vector<std::filesystem::path> paths = {file};
+  const auto read = [&](const std::filesystem::path& /*path*/, LogSink& sink) {
+    std::mt19937_64 bits(3);
+    std::normal_distribution<double> normal;
+    for (const double number : numbers) {
+      sink.run_number(number);
+      sink.begin_run(layout_of_file({kTwo}));
+      for (std::int64_t k = 1; k <= 40; ++k) {
+        const Vector error = Vector::NullaryExpr(2, [&] { return normal(bits); });
+        sink.add({.step = k, .states = {0, 1}, .error = error, .P = Matrix::Identity(2, 2)});
+      }
+    }
+  };
+  return judge_logs(paths, read, {.threads = threads});
+}
+
+// As in a CSV with a column `run`, and in arrays of one run, which have none.
+TEST(JudgeLogs, ARunThatIsAloneInItsFileIsNamedByIt) {
+  for (const int threads : {1, 2}) {
+    const LogJudgeResult alone = judge_numbered("logs/dv.csv", {13}, threads);
+    EXPECT_EQ(alone.run_names, std::vector<std::string>{"dv"});
+    EXPECT_EQ(alone.calibration.runs.at(0).name, "dv");
+    const LogJudgeResult two = judge_numbered("logs/dv.csv", {13, 14}, threads);
+    EXPECT_EQ(two.run_names, (std::vector<std::string>{"run 13 of dv", "run 14 of dv"}));
+    EXPECT_EQ(two.calibration.runs.at(1).name, "run 14 of dv");
+  }
+  EXPECT_EQ(judge_files({{"1", {kTwo}}}).run_names.front(), "run 0 of 1") << "told no number";
+}
+
+// Beyond the runs and states that are calibrated, and the runs of which the course in time is kept.
+TEST(JudgeLogs, EveryRunHasItsName) {
+  Files files;
+  for (int i = 0; i < 600; ++i) files[std::to_string(i)] = {kTwo};
+  const LogJudgeResult result = judge_files(files);
+  ASSERT_EQ(result.run_names.size(), 4800U);
+  EXPECT_EQ(result.run_names.back(), "run 7 of 99");
+  EXPECT_EQ(result.evidence.whole_runs.courses(2.0).size(), 4800U);
+}
+
 // Sums over some states do not add up with those over others: the most states count, wherever their file
 // stands.
 TEST(JudgeLogs, OfFilesWithOtherStatesThoseWithMostAreCalibrated) {

@@ -24,6 +24,7 @@ class Diary final : public RowSink {
                  const std::string& name) override {
     write("{} of {} states of {}", name, layout.states.size(), file.string());
   }
+  void rename_run(const std::string& name) override { write("it is {}", name); }
   void add(const NormalisedRow& row) override {
     if (rows_ == most) throw std::runtime_error("full");
     ++rows_;
@@ -63,6 +64,7 @@ void tell_all(RowSink& rows) {
     rows.add({.step = 2001});         // not written where it goes
     layout.states.emplace_back("z");  // of the next one
     rows.end_run(Outcome::diverged, 2002);
+    rows.rename_run("alone");
   }
 }
 

@@ -44,6 +44,7 @@ RunFingerprints of_file(const std::filesystem::path& file, const std::vector<std
   prints.begin_file(file);
   RunNumber number;
   for (const std::vector<Step>& run : runs) add(prints, run, number.next());
+  if (number.alone()) prints.name_by_file();
   return prints;
 }
 
@@ -55,6 +56,7 @@ std::string likenesses_of(const std::vector<std::vector<Step>>& a,
   std::string said;
   for (const RunFingerprints::Likeness& likeness : prints.likenesses())
     said += likeness.file.string() + ": " + likeness.sentence + "\n";
+  said += prints.copies().says;
   return said;
 }
 
@@ -233,8 +235,7 @@ TEST(RunFingerprints, RowsOfAnotherRunAreToldWhereverTheyAre) {
 TEST(RunFingerprints, ACopyThatWasRoundedIsTold) {
   for (const int decimals : {2, 4, 8}) {
     const std::string said = likenesses_of({rows(2, 60), rows(1, 60)}, {rounded(rows(1, 40), decimals)});
-    EXPECT_THAT(said, AllOf(HasSubstr("b.npz: b.npz has"), HasSubstr("errors of run 1 of a.csv")))
-        << decimals;
+    EXPECT_THAT(said, AllOf(HasSubstr("b.npz has"), HasSubstr("errors of run 1 of a.csv"))) << decimals;
   }
   EXPECT_EQ(likenesses_of({rows(1, 60)}, {rounded(rows(2, 60), 1)}), "");
 }

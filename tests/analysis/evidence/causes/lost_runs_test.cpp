@@ -28,10 +28,26 @@ std::vector<std::vector<double>> consistent_runs(std::size_t runs, std::size_t r
   return nees;
 }
 
+LostRuns lost_of(std::span<const std::vector<double>> nees, double least_dof) {
+  std::vector<RunCourse> runs;
+  for (const std::vector<double>& run : nees) runs.push_back(course_of(run, least_dof));
+  return find_lost_runs(runs);
+}
+
+TEST(LostRuns, ACourseCountsTheRowsThatNoConsistentFilterHas) {
+  // P(χ²₃ > x) = erfc √(x/2) + √(2x/π) e^(−x/2) is 1e-9 at 44.841, 14.947 for each dof.
+  const std::vector<double> nees = {1.0, 14.9, 15.0, 2.0, 30.0};
+  const RunCourse course = course_of(nees, 3.0);
+  EXPECT_EQ(course.rows, 5);
+  EXPECT_EQ(course.beyond, 2);
+  EXPECT_EQ(course.first, 3);
+  EXPECT_DOUBLE_EQ(course.mean, 62.9 / 5.0);
+}
+
 TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   auto nees = consistent_runs(20, 100, 3, 0.9, 1);
   for (std::size_t k = 50; k < 100; ++k) nees[7][k] += 60.0;
-  const LostRuns lost = find_lost_runs(nees, 3.0);
+  const LostRuns lost = lost_of(nees, 3.0);
   ASSERT_EQ(lost.runs.size(), 1U);
   EXPECT_EQ(lost.runs[0].run, 7);
   EXPECT_EQ(lost.runs[0].row, 51);
@@ -49,8 +65,8 @@ TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
 TEST(LostRuns, OfConsistentRunsNoneIsLost) {
   for (unsigned seed = 1; seed <= 400; ++seed) {
     const double memory = seed % 2 == 0 ? 0.0 : 0.99;
-    EXPECT_TRUE(find_lost_runs(consistent_runs(20, 60, 1 + static_cast<int>(seed % 3), memory, seed), 1.0)
-                    .runs.empty())
+    EXPECT_TRUE(
+        lost_of(consistent_runs(20, 60, 1 + static_cast<int>(seed % 3), memory, seed), 1.0).runs.empty())
         << seed;
   }
 }
@@ -59,10 +75,10 @@ TEST(LostRuns, ManyAreTheFilterAndNotTheRuns) {
   auto nees = consistent_runs(20, 100, 3, 0.0, 2);
   for (std::size_t run = 0; run < 5; ++run)
     for (double& value : nees[run]) value *= 40.0;
-  EXPECT_EQ(find_lost_runs(nees, 3.0).runs.size(), 5U);
-  EXPECT_EQ(names_of(find_lost_runs(nees, 3.0)), "runs 0, 1, 2, 3, 4 of 20");
+  EXPECT_EQ(lost_of(nees, 3.0).runs.size(), 5U);
+  EXPECT_EQ(names_of(lost_of(nees, 3.0)), "runs 0, 1, 2, 3, 4 of 20");
   for (double& value : nees[5]) value *= 40.0;
-  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty()) << "more than a quarter";
+  EXPECT_TRUE(lost_of(nees, 3.0).runs.empty()) << "more than a quarter";
 }
 
 TEST(LostRuns, OthersThatAreWrongTooAreNoBackground) {
@@ -70,25 +86,25 @@ TEST(LostRuns, OthersThatAreWrongTooAreNoBackground) {
   for (double& value : nees[4]) value *= 40.0;
   for (auto& run : nees)
     for (double& value : run) value *= 1.7;
-  EXPECT_EQ(find_lost_runs(nees, 3.0).runs.size(), 1U);
+  EXPECT_EQ(lost_of(nees, 3.0).runs.size(), 1U);
   for (auto& run : nees)
     for (double& value : run) value *= 1.3;
-  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty());
+  EXPECT_TRUE(lost_of(nees, 3.0).runs.empty());
 }
 
 TEST(LostRuns, AFewOutliersAreNoLostRun) {
   auto nees = consistent_runs(20, 100, 3, 0.0, 4);
   for (std::size_t k = 0; k < 9; ++k) nees[4][10 * k] = 500.0;
-  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty());
+  EXPECT_TRUE(lost_of(nees, 3.0).runs.empty());
   nees[4][95] = 500.0;
-  EXPECT_EQ(find_lost_runs(nees, 3.0).runs.size(), 1U);
+  EXPECT_EQ(lost_of(nees, 3.0).runs.size(), 1U);
 }
 
 TEST(LostRuns, FewerThanFiveRunsTellNothing) {
   auto nees = consistent_runs(4, 100, 3, 0.0, 5);
   for (double& value : nees[1]) value *= 40.0;
-  EXPECT_TRUE(find_lost_runs(nees, 3.0).runs.empty());
-  EXPECT_TRUE(find_lost_runs({}, 3.0).runs.empty());
+  EXPECT_TRUE(lost_of(nees, 3.0).runs.empty());
+  EXPECT_TRUE(lost_of({}, 3.0).runs.empty());
 }
 
 }  // namespace

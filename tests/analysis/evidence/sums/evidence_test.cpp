@@ -87,13 +87,19 @@ TEST(SensorSums, OfPiecesThatDifferAreFollowedByTheirSumAlone) {
 TEST(RunSums, KeepTheFirstRunsInTheirOrder) {
   RunSums sums, later;
   for (std::size_t i = 0; i < RunSums::kKept - 1; ++i) sums.nees.push_back({1.0});
-  later.nees = {{2.0}, {3.0}};
+  later.nees = {{2.0}, {3.0, 80.0}};
+  later.further = {{.mean = 7.0, .rows = 9}};
   later.last_error = {Vector::Constant(1, 4.0)};
   sums.last_whitened.add(Vector::Ones(2));
   later.last_whitened.add(Vector::Ones(3));
-  sums.merge(later);
+  sums.merge(later, 3.0);
   ASSERT_EQ(sums.nees.size(), RunSums::kKept);
   EXPECT_EQ(sums.nees.back(), std::vector<double>{2.0});
+  ASSERT_EQ(sums.further.size(), 2U);  // of the others how they went
+  EXPECT_EQ(sums.further[0].mean, 41.5);
+  EXPECT_EQ(sums.further[0].first, 2);
+  EXPECT_EQ(sums.further[1].mean, 7.0);
+  EXPECT_EQ(sums.courses(3.0).size(), RunSums::kKept + 2);
   ASSERT_EQ(sums.last_error.size(), 1U);
   EXPECT_EQ(sums.last_error[0][0], 4.0);
   EXPECT_EQ(sums.last_whitened.count, 1);  // one of another dimension is left out
