@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "app/commands.h"
 #include "app/common_options.h"
@@ -12,6 +14,7 @@
 #include "app/study_runner.h"
 #include "app/tell.h"
 #include "reports/document/study/comparison_report.h"
+#include "reports/document/sweep/sweep_comparison.h"
 
 namespace credence::internal {
 namespace {
@@ -25,27 +28,36 @@ struct CompareOptions : CommonOptions {
 
 /// Two results of one name, as of one scenario with other settings, are told apart by where they lie.
 void tell_apart(std::vector<ComparedStudy>& studies, const std::vector<std::string>& places) {
+  std::map<std::pair<std::string, std::string>, int> times;  // by name and configuration
   std::vector<std::string> names;
   names.reserve(studies.size());
-  for (const ComparedStudy& study : studies) names.push_back(study.name);
+  for (const ComparedStudy& study : studies) {
+    names.push_back(study.name);
+    ++times[{study.name, study.cell}];
+  }
   for (std::size_t i = 0; i < studies.size(); ++i) {
-    if (std::ranges::count(names, names[i]) > 1)
-      studies[i].name = fmt::format("{} ({})", names[i], places[i]);
+    if (times[{names[i], studies[i].cell}] > 1) studies[i].name = fmt::format("{} ({})", names[i], places[i]);
   }
 }
 
 std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareOptions& options,
                                        std::vector<std::string>& places) {
   std::vector<ComparedStudy> studies;
+  const std::size_t before = places.size();
   for (const fs::path& directory : study_directories(folder)) {
     StoredStudy study = read_study(directory);
-    if (study.is_sweep()) {
-      throw std::invalid_argument(
-          fmt::format("{}: is a sweep, whose configurations `credence show` sets side by side; one of them "
-                      "can be compared once `credence run` has made it, with --set and --out",
-                      directory.string()));
-    }
     require_runs(study);
+    if (study.is_sweep()) {
+      const SweepAnalysis sweep = analyse_sweep(study.plan, analyse(study));
+      if (!sweep.rank_map.empty()) {
+        throw std::invalid_argument(
+            fmt::format("{}: is a map of ranks, whose cells are counted and not compared one by one",
+                        directory.string()));
+      }
+      std::ranges::move(compared(sweep), std::back_inserter(studies));
+      places.resize(studies.size() + before, directory.string());
+      continue;
+    }
     const std::optional<StudyAnalysis> analysis = judge(study, options);
     if (!analysis) throw ExitStatus{kInterrupted};
     studies.push_back(compared(*analysis));
@@ -63,11 +75,15 @@ int compare(const CompareOptions& options) {
             ? read_folder(result, options, places)
             : compared_documents(result, text_of_file(result, result + ": no such folder or document"));
     places.resize(studies.size() + these.size(), result);
+    for (ComparedStudy& study : these) study.of_sweep = &result - options.results.data();
     std::ranges::move(these, std::back_inserter(studies));
   }
-  if (studies.size() < 2) throw std::invalid_argument("compare: takes two results or more");
+  if (studies.size() < 2 || (options.results.size() < 2 && are_of_sweeps(studies)))
+    throw std::invalid_argument("compare: takes two results or more");
   tell_apart(studies, places);
-  tell(comparison_document(studies, options.confidence), options);
+  tell(are_of_sweeps(studies) ? sweep_comparison_document(studies, options.confidence)
+                              : comparison_document(studies, options.confidence),
+       options);
   return kDone;
 }
 
@@ -78,9 +94,10 @@ void add_compare_command(CLI::App& app) {
       app.add_subcommand("compare", "results side by side: verdicts, factors on P, paired differences");
   auto options = std::make_shared<CompareOptions>();
   command
-      ->add_option(
-          "results", options->results,
-          "folders of run --out, and documents of run or check --format json; the first is the reference")
+      ->add_option("results", options->results,
+                   "folders of run or sweep --out, and documents of run, sweep or check --format json; the "
+                   "first is the "
+                   "reference")
       ->required();
   command->add_option("--confidence", options->confidence, "of the interval of a paired difference")
       ->check(CLI::Range(kLeastConfidence, kMostConfidence))
@@ -92,7 +109,8 @@ void add_compare_command(CLI::App& app) {
        "credence run planar_loop --set filter.process_scale=2.0 --out out/b"),
       "credence compare out/a out/b --out out/compared",
       "credence check A.csv --format json > a.json    # and B.csv > b.json; then",
-      "credence compare a.json b.json"};
+      "credence compare a.json b.json",
+      "credence compare out/sweep_a out/sweep_b    # configuration by configuration"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{compare(*options)}; });
 }

@@ -53,16 +53,49 @@ TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
       {{"compare", "a", "nowhere"}, "nowhere: no such folder or document"},
       {{"compare", "a", "a.toml"}, "a.toml: is no JSON"},
       {{"compare", "a", "/dev/zero"}, "/dev/zero: is longer than 256 MiB, as no document is"},
-      {{"compare", "a", "s"},
-       "s: is a sweep, whose configurations `credence show` sets side by side; one of them can be compared "
-       "once "
-       "`credence run` has made it, with --set and --out"}};
+      {{"compare", "s"}, "compare: takes two results or more"}};
   for (const auto& [arguments, message] : cases) {
     const Finished f = run(arguments);
     EXPECT_EQ(f.code, 2) << message;
     EXPECT_EQ(f.out, "") << message;
     EXPECT_EQ(f.err, "credence: " + message + "\n");
   }
+}
+
+TEST_F(CompareCommand, SweepsAreComparedConfigurationByConfiguration) {
+  write("s.toml", kMonobotSweep);
+  const std::vector<std::string> sweep = {"sweep", "s.toml", "--runs", "64", "--quiet", "--format", "json"};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = sweep;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return json(arguments);
+  };
+  const Json a = with({"--out", "a"});
+  with({"--out", "b", "--set", "filter.measurement_scale=4.0"});
+  write("a.json", a.dump());
+  write("seed.json", with({"--out", "seed", "--seed", "7"}).dump());
+  const std::size_t n = a["configurations"].size();
+  ASSERT_GT(n, 1U);
+
+  // The same noise: run by run.
+  const Json paired = json({"compare", "a", "b", "--format", "json"})["studies"];
+  ASSERT_EQ(paired.size(), 2 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    EXPECT_EQ(paired[i]["configuration"], paired[n + i]["configuration"]);
+    EXPECT_TRUE(paired[i]["paired_difference"].is_null());
+    EXPECT_LT(paired[n + i]["paired_difference"]["upper"], 0.0);
+    EXPECT_TRUE(paired[n + i]["changes"].empty());
+  }
+  EXPECT_NE(run({"compare", "a", "b"}).out.find(fmt::format("{} differ", n)), std::string::npos);
+
+  // Of documents, and of other noise, by the intervals of the factors.
+  const Json documents = json({"compare", "a.json", "seed.json", "--format", "json"})["studies"];
+  for (std::size_t i = 0; i < n; ++i) {
+    ASSERT_EQ(documents[n + i]["changes"].size(), 1U);
+    EXPECT_GT(documents[n + i]["changes"][0]["adjusted_p_value"], 1e-3);
+  }
+  EXPECT_EQ(json({"compare", "a", "seed.json", "--format", "json"})["studies"][n]["changes"],
+            documents[n]["changes"]);
 }
 
 TEST_F(CompareCommand, MoreConfidenceIsAWiderIntervalAroundTheSameDifference) {

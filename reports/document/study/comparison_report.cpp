@@ -12,6 +12,7 @@
 
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/hall_score.h"
+#include "analysis/laws/normal_quantile.h"
 #include "core/append_item.h"
 #include "core/nan.h"
 #include "core/number_text.h"
@@ -61,6 +62,8 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   study.factor.lower = number(factor, "lower");
   study.factor.upper = number(factor, "upper");
   study.units = unit_factors_of(j.value("calibration", Json::object()));
+  study.confidence = number(j.at("nees"), "confidence");
+  if (j.contains("swept")) study.cell = cell_name(j["swept"]);
   if (j.contains("scenario") && j["scenario"].contains("name"))
     study.name = j["scenario"]["name"].get<std::string>();
   return study;
@@ -75,31 +78,30 @@ std::string mean_interval_text(const MeanInterval& i) {
   return std::isfinite(i.mean) ? interval_text(i.mean, i.lower, i.upper) : "–";
 }
 
-CellTone tone_of(const std::string& verdict) {
-  for (const Verdict v : {Verdict::consistent, Verdict::optimistic, Verdict::pessimistic, Verdict::mixed,
-                          Verdict::not_gaussian, Verdict::undecided}) {
-    if (to_string(v) == verdict) return verdict_cell(v).tone;
-  }
-  return CellTone::plain;
-}
-
 Json mean_json(const ComparedMean& m) { return {{"mean", m.mean}, {"expected", m.expected}}; }
 
-/// Of logs against the first, study by study: none of the first itself. Holm over all studies and parts.
-std::vector<std::vector<FactorChange>> changes_from_first(std::span<const ComparedStudy> studies,
-                                                          double confidence) {
-  std::vector<std::vector<FactorChange>> changes(studies.size());
-  std::vector<double> p_values;
-  for (std::size_t i = 1; i < studies.size(); ++i) {
-    changes[i] = compare_factors(studies[i].units, studies.front().units, confidence);
-    for (const FactorChange& change : changes[i]) p_values.push_back(change.p_value);
-  }
-  const std::vector<double> adjusted = holm(p_values);
-  std::size_t at = 0;
-  for (std::vector<FactorChange>& of_study : changes) {
-    for (FactorChange& change : of_study) change.adjusted = adjusted[at++];
-  }
-  return changes;
+/// Of one configuration of sweeps; nothing where a factor has no interval.
+std::optional<FactorChange> change_of_cells(const ComparedStudy& after, const ComparedStudy& before,
+                                            double confidence) {
+  const MeanInterval &second = after.factor, &first = before.factor;
+  const auto is_known = [](const MeanInterval& f) {
+    return f.lower > 0.0 && f.upper < HUGE_VAL && f.mean > 0.0;
+  };
+  if (!is_known(first) || !is_known(second) || std::isnan(after.confidence + before.confidence)) return {};
+  const double of_second = normal_quantile_two_sided(after.confidence),
+               of_first = normal_quantile_two_sided(before.confidence);
+  const double step = std::log(second.mean / first.mean);
+  const double down = std::hypot(std::log(second.mean / second.lower) / of_second,
+                                 std::log(first.upper / first.mean) / of_first),
+               up = std::hypot(std::log(second.upper / second.mean) / of_second,
+                               std::log(first.mean / first.lower) / of_first);
+  const double z = normal_quantile_two_sided(confidence), score = step / (step > 0.0 ? down : up);
+  return FactorChange{
+      .part = "NEES",
+      .ratio = {.mean = std::exp(step), .lower = std::exp(step - z * down), .upper = std::exp(step + z * up)},
+      .before = first.mean,
+      .after = second.mean,
+      .p_value = std::isnan(score) ? 1.0 : std::erfc(std::abs(score) / std::sqrt(2.0))};
 }
 
 ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
@@ -124,7 +126,7 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
         difference = fmt::format("{}, {}", mean_interval_text(d->interval), p_value_statement(d->adjusted));
       (d ? paired : unpaired) = true;
     }
-    table.add({s.name, s.runs, TableCell(s.verdict, tone_of(s.verdict)), mean_interval_text(s.factor),
+    table.add({s.name, s.runs, TableCell(s.verdict, verdict_tone(s.verdict)), mean_interval_text(s.factor),
                mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
   }
   table.notes.push_back(
@@ -149,31 +151,6 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
         "files.");
   }
   return table;
-}
-
-std::string comparison_json(std::span<const ComparedStudy> studies, double confidence) {
-  Json all = Json::array();
-  const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
-  const std::vector<std::vector<FactorChange>> changes = changes_from_first(studies, confidence);
-  for (std::size_t i = 0; i < studies.size(); ++i) {
-    const ComparedStudy& s = studies[i];
-    Json j = {{"name", s.name},
-              {"runs", s.runs},
-              {"verdict", s.verdict},
-              {"factor", json_interval(s.factor)},
-              {"nees", mean_json(s.nees)},
-              {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
-              {"nis", mean_json(s.nis)},
-              {"paired_difference", nullptr},
-              {"changes", Json::array()}};
-    for (const FactorChange& change : changes[i]) j["changes"].push_back(change_json(change));
-    if (const std::optional<RunDifference>& d = differences[i]) {
-      j["paired_difference"] = json_interval(d->interval);
-      j["paired_difference"].update({{"p_value", d->p_value}, {"adjusted_p_value", d->adjusted}});
-    }
-    all.push_back(std::move(j));
-  }
-  return text_of_json({{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}});
 }
 
 bool is_untrusted(const ComparedStudy& study) {
@@ -259,13 +236,90 @@ ReportAnswer comparison_answer(std::span<const ComparedStudy> studies) {
 
 }  // namespace
 
+std::string cell_name(const Json& swept) {
+  std::map<std::string, std::string> values;  // in the order of the keys, whatever that of the axes
+  for (const auto& [key, value] : swept.items())
+    values[key] = value.is_string() ? value.get<std::string>() : value.dump();
+  std::string name;
+  for (const auto& [key, value] : values) append_item(name, fmt::format("{} = {}", key, value));
+  return name;
+}
+
+const ComparedStudy* reference_of(std::span<const ComparedStudy> studies, std::size_t i) {
+  const ComparedStudy& study = studies[i];
+  if (study.cell.empty() && studies.front().cell.empty()) return i > 0 ? &studies.front() : nullptr;
+  if (study.of_sweep == studies.front().of_sweep) return nullptr;
+  for (const ComparedStudy& other : studies) {
+    if (other.of_sweep != studies.front().of_sweep) break;
+    if (other.cell == study.cell) return &other;
+  }
+  return nullptr;
+}
+
+CellTone verdict_tone(const std::string& verdict) {
+  for (const Verdict v : {Verdict::consistent, Verdict::optimistic, Verdict::pessimistic, Verdict::mixed,
+                          Verdict::not_gaussian, Verdict::undecided}) {
+    if (to_string(v) == verdict) return verdict_cell(v).tone;
+  }
+  return CellTone::plain;
+}
+
+std::vector<std::vector<FactorChange>> changes_from_first(std::span<const ComparedStudy> studies,
+                                                          double confidence) {
+  std::vector<std::vector<FactorChange>> changes(studies.size());
+  std::vector<double> p_values;
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    const ComparedStudy* const reference = reference_of(studies, i);
+    if (reference == nullptr) continue;
+    changes[i] = compare_factors(studies[i].units, reference->units, confidence);
+    if (!studies[i].cell.empty() && !paired_difference(studies[i], *reference, confidence)) {
+      if (auto change = change_of_cells(studies[i], *reference, confidence))
+        changes[i].push_back(std::move(*change));
+    }
+    for (const FactorChange& change : changes[i]) p_values.push_back(change.p_value);
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  std::size_t at = 0;
+  for (std::vector<FactorChange>& of_study : changes) {
+    for (FactorChange& change : of_study) change.adjusted = adjusted[at++];
+  }
+  return changes;
+}
+
+std::string comparison_json(std::span<const ComparedStudy> studies, double confidence) {
+  Json all = Json::array();
+  const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
+  const std::vector<std::vector<FactorChange>> changes = changes_from_first(studies, confidence);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const ComparedStudy& s = studies[i];
+    Json j = {{"name", s.name},
+              {"configuration", s.cell.empty() ? Json(nullptr) : Json(s.cell)},
+              {"runs", s.runs},
+              {"verdict", s.verdict},
+              {"factor", json_interval(s.factor)},
+              {"nees", mean_json(s.nees)},
+              {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
+              {"nis", mean_json(s.nis)},
+              {"paired_difference", nullptr},
+              {"changes", Json::array()}};
+    for (const FactorChange& change : changes[i]) j["changes"].push_back(change_json(change));
+    if (const std::optional<RunDifference>& d = differences[i]) {
+      j["paired_difference"] = json_interval(d->interval);
+      j["paired_difference"].update({{"p_value", d->p_value}, {"adjusted_p_value", d->adjusted}});
+    }
+    all.push_back(std::move(j));
+  }
+  return text_of_json({{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}});
+}
+
 ComparedStudy compared(const StudyAnalysis& a) {
   ComparedStudy study{.name = a.scenario.name,
                       .runs = a.statistics.runs,
                       .verdict = std::string(to_string(overall_verdict(a))),
                       .factor = a.nees.factor,
                       .nees = mean_of(a.nees),
-                      .nis = mean_of(a.nis)};
+                      .nis = mean_of(a.nis),
+                      .confidence = a.nees.confidence};
   if (a.vehicle_nees) study.pose = mean_of(*a.vehicle_nees);
   study.noise = fmt::format("{:016x}, seed {}, {} steps", noise_group(a.scenario), a.scenario.study.seed,
                             a.scenario.study.steps);
@@ -282,12 +336,14 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
   try {
     if (document.contains("studies") && document["studies"].is_array()) {
       for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
+    } else if (document.contains("configurations") && document.contains("points")) {
+      for (const Json& study : document["configurations"]) studies.push_back(compared_document(name, study));
     } else {
       studies.push_back(compared_document(name, document));
     }
   } catch (const Json::exception&) {
-    throw std::invalid_argument(fmt::format(
-        "{}: is not a document of `credence run --format json` or `credence check --format json`", name));
+    throw std::invalid_argument(
+        fmt::format("{}: is not a document of `credence run`, `sweep` or `check` with --format json", name));
   }
   return studies;
 }
@@ -307,7 +363,8 @@ std::vector<std::optional<RunDifference>> differences_from_first(std::span<const
   std::vector<std::optional<RunDifference>> differences(studies.size());
   std::vector<double> p_values(studies.size(), kNaN);
   for (std::size_t i = 1; i < studies.size(); ++i) {
-    differences[i] = paired_difference(studies[i], studies.front(), confidence);
+    if (const ComparedStudy* const reference = reference_of(studies, i))
+      differences[i] = paired_difference(studies[i], *reference, confidence);
     if (differences[i]) p_values[i] = differences[i]->p_value;
   }
   const std::vector<double> adjusted = holm(p_values);

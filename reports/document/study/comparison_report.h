@@ -2,13 +2,16 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analysis/calibration/calibration.h"
 #include "analysis/evidence/study_analysis.h"
+#include "core/nan.h"
 #include "reports/document/document.h"
+#include "reports/render/json_numbers.h"
 
 /// @file
 /// What `credence compare` says: several judged studies side by side.
@@ -36,7 +39,17 @@ struct ComparedStudy {
       nees_of_runs{};  ///< NEES over its dof, run by run; empty where not known, or a run failed
   std::vector<double> nees_of_steps{}, nis_of_steps{};  ///< mean over expected value; empty where not known
   UnitFactors units{};  ///< of logs: the factors on P of parts of the state, paired by the names of files
+  std::string cell{};   ///< of a configuration of a sweep: its swept values; else empty
+  std::int64_t of_sweep = 0;  ///< which of the results it is of
+  double confidence = kNaN;   ///< of the interval of `factor`
 };
+
+/// "filter.inflation = none, world.landmarks = 3" of swept values.
+std::string cell_name(const Json& swept);
+
+/// What study i is compared with: the first, of a configuration the one of the first result with the same
+/// swept values; null where that is itself, or there is none.
+const ComparedStudy* reference_of(std::span<const ComparedStudy> studies, std::size_t i);
 
 /// From sums that are at hand.
 ComparedStudy compared(const StudyAnalysis& analysis);
@@ -56,9 +69,21 @@ struct RunDifference {
 std::optional<RunDifference> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
                                                double confidence);
 
-/// Of every study minus the first; nothing for the first itself.
+/// Of every study minus its reference; nothing for the first itself.
 std::vector<std::optional<RunDifference>> differences_from_first(std::span<const ComparedStudy> studies,
                                                                  double confidence);
+
+/// Of factors on P against those of the reference, study by study: of the units of logs, and of
+/// configurations of sweeps that cannot be paired run by run from the intervals of both ([Zou 2008], as of
+/// independent runs). Holm over all studies and parts.
+std::vector<std::vector<FactorChange>> changes_from_first(std::span<const ComparedStudy> studies,
+                                                          double confidence);
+
+/// The JSON of a comparison (docs/formats.md).
+std::string comparison_json(std::span<const ComparedStudy> studies, double confidence);
+
+/// That of a verdict by its name.
+CellTone verdict_tone(const std::string& verdict);
 
 /// What `credence compare` says (JSON: docs/formats.md): which studies cannot be trusted, whose factor on P
 /// is nearest to one, NEES and NIS step by step, and what each differs by from the first.

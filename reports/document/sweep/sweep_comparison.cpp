@@ -1,0 +1,153 @@
+#include "reports/document/sweep/sweep_comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "core/append_item.h"
+#include "core/number_text.h"
+#include "reports/document/sweep/swept_values.h"
+#include "reports/document/verdict_text.h"
+
+namespace credence::internal {
+namespace {
+
+/// A configuration beside that of the first sweep.
+struct ComparedCell {
+  const ComparedStudy* before = nullptr;
+  const ComparedStudy* after = nullptr;
+  std::string difference;  ///< with its interval
+  double adjusted = 1.0;   ///< p-value
+};
+
+std::vector<ComparedCell> compared_cells(const std::vector<ComparedStudy>& studies, double confidence) {
+  const auto differences = differences_from_first(studies, confidence);
+  const auto changes = changes_from_first(studies, confidence);
+  std::vector<ComparedCell> cells;
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    ComparedCell cell{.before = reference_of(studies, i), .after = &studies[i], .difference = {}};
+    if (cell.before == nullptr) continue;
+    if (const std::optional<RunDifference>& d = differences[i]) {
+      cell.difference =
+          fmt::format("by {}", interval_text(d->interval.mean, d->interval.lower, d->interval.upper));
+      cell.adjusted = d->adjusted;
+    } else if (!changes[i].empty()) {
+      const MeanInterval& ratio = changes[i].front().ratio;
+      cell.difference = fmt::format("times {}", interval_text(ratio.mean, ratio.lower, ratio.upper));
+      cell.adjusted = changes[i].front().adjusted;
+    } else {
+      continue;
+    }
+    cells.push_back(std::move(cell));
+  }
+  return cells;
+}
+
+double distance(const ComparedStudy& study) { return std::abs(std::log(study.factor.mean)); }
+
+ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence) {
+  if (cells.empty())
+    return {CellTone::caution,
+            "Nothing can be compared: no configuration of one has the swept values of another"};
+  std::size_t nearer = 0, farther = 0;
+  std::string where;
+  for (const ComparedCell& cell : cells) {
+    if (cell.adjusted > 1.0 - confidence) continue;
+    if (!(distance(*cell.after) > distance(*cell.before))) {
+      ++nearer;
+    } else if (++farther <= 3) {
+      append_item(where, cell.after->cell, "; ");
+    }
+  }
+  const std::size_t differ = nearer + farther;
+  if (differ == 0) {
+    return {CellTone::good,
+            fmt::format("Of {} configurations none differs by more than chance", cells.size())};
+  }
+  return {
+      farther > 0 ? CellTone::caution : CellTone::good,
+      fmt::format("Of {} configurations {} differ{} by more than chance: {} nearer to right, {} farther{}{}",
+                  cells.size(), differ, differ == 1 ? "s" : "", nearer, farther,
+                  where.empty() ? "" : ": " + where, farther > 3 ? "; …" : "")};
+}
+
+std::string factor_text(const ComparedStudy& study) {
+  const MeanInterval& f = study.factor;
+  return std::isfinite(f.mean) ? interval_text(f.mean, f.lower, f.upper) : "–";
+}
+
+ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::vector<ComparedCell>& cells,
+                        double confidence) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "Each configuration, and what it differs by from the first sweep",
+                    .columns = {{"configuration", words},
+                                {"sweep", words},
+                                {"verdict before", words},
+                                {"verdict", words},
+                                {"factor on P before", words},
+                                {"factor on P", words},
+                                {"differs", words},
+                                {"p", words}}};
+  for (const ComparedCell& cell : cells) {
+    const bool differs = cell.adjusted <= 1.0 - confidence;
+    table.add({cell.after->cell, cell.after->name,
+               TableCell(cell.before->verdict, verdict_tone(cell.before->verdict)),
+               TableCell(cell.after->verdict, verdict_tone(cell.after->verdict)), factor_text(*cell.before),
+               factor_text(*cell.after), cell.difference,
+               TableCell(p_value_text(cell.adjusted), differs ? CellTone::caution : CellTone::muted)});
+  }
+  table.notes.push_back(
+      fmt::format("differs: NEES over dof, this one minus that of the first sweep, run by run under the same "
+                  "noise (by), or "
+                  "the factor on P over that of the first (times), with its interval at {:g} %; p: of no "
+                  "difference, Holm "
+                  "over all configurations.",
+                  100.0 * confidence));
+  const auto alone = static_cast<std::size_t>(std::ranges::count_if(
+      studies, [&](const ComparedStudy& study) { return study.of_sweep != studies.front().of_sweep; }));
+  if (alone > cells.size()) {
+    table.notes.push_back(
+        fmt::format("{} configurations cannot be compared: the first sweep has none with their swept values, "
+                    "or too few runs.",
+                    alone - cells.size()));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<ComparedStudy> compared(const SweepAnalysis& sweep) {
+  std::vector<ComparedStudy> studies;
+  studies.reserve(sweep.studies.size());
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    ComparedStudy& study = studies.emplace_back(compared(sweep.studies[i]));
+    study.name = sweep.plan.name;
+    study.cell = cell_name(swept_json(sweep.plan, sweep.point(i)));
+    study.nees_of_steps.clear();
+    study.nis_of_steps.clear();
+  }
+  return studies;
+}
+
+bool are_of_sweeps(const std::vector<ComparedStudy>& studies) {
+  return std::ranges::any_of(studies, [](const ComparedStudy& study) { return !study.cell.empty(); });
+}
+
+Document sweep_comparison_document(const std::vector<ComparedStudy>& studies, double confidence) {
+  const std::vector<ComparedCell> cells = compared_cells(studies, confidence);
+  Document document("Sweeps side by side",
+                    fmt::format("{} configurations, compared by Credence", cells.size()));
+  document.answer = answer_of(cells, confidence);
+  document.json = [studies, confidence] { return comparison_json(studies, confidence); };
+  ReportTable table = cells_table(studies, cells, confidence);
+  document.show_answer();
+  document.brief.emplace_back(table);
+  document.section("Configuration by configuration");
+  document.table(std::move(table));
+  return document;
+}
+
+}  // namespace credence::internal
