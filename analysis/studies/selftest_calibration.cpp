@@ -255,11 +255,29 @@ void calibrate_single_runs(const SelftestOptions& options, SelftestWorkers& work
   }
 }
 
+void calibrate_agreement(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
+  const NoiseSource noise(options.seed, SelftestNoise::kAgreement);
+  const std::int64_t blocks = single_run_blocks(options);
+  std::vector<std::array<double, SyntheticFilter::kRuns / 4>> all(static_cast<std::size_t>(blocks));
+  workers.for_each(
+      blocks,
+      [&](std::int64_t block) { all[static_cast<std::size_t>(block)] = agreement_p_values(noise, block); },
+      all);
+  for (const double level : kLevels) {
+    std::int64_t alarms = 0;
+    for (const auto& block : all) {
+      alarms += std::count_if(block.begin(), block.end(), [&](double p) { return is_alarm(p, level); });
+    }
+    result.calibration.push_back({"agreement of the time offsets of four logs", Exactness::conservative,
+                                  level, share_of(alarms, blocks * SyntheticFilter::kRuns / 4)});
+  }
+}
+
 }  // namespace
 
 std::int64_t calibration_work(const SelftestOptions& options) {
   return 5 * options.studies + word_studies(options) + 3 * comparison_studies(options) +
-         single_run_blocks(options);
+         2 * single_run_blocks(options);
 }
 
 void calibrate(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
@@ -270,6 +288,7 @@ void calibrate(const SelftestOptions& options, SelftestWorkers& workers, Selftes
   calibrate_looks(options, workers, result);
   calibrate_sweep(options, workers, result);
   calibrate_single_runs(options, workers, result);
+  calibrate_agreement(options, workers, result);
 }
 
 }  // namespace credence::internal

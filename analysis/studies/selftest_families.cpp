@@ -7,6 +7,7 @@
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/effective_sample.h"
+#include "analysis/laws/mean/influence_interval.h"
 #include "analysis/studies/selftest_study.h"
 
 namespace credence::internal {
@@ -127,21 +128,55 @@ std::vector<SyntheticSweep::Discoveries> SyntheticSweep::discoveries(const Noise
   return result;
 }
 
-std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block) {
-  constexpr int kRuns = SyntheticFilter::kRuns;
+namespace {
+
+/// Of every run an autoregression of variance 1.
+std::vector<std::vector<double>> autoregressions(const NoiseSource& noise, std::int64_t block) {
+  constexpr std::size_t kRuns = SyntheticFilter::kRuns;
   constexpr int kSteps = 2000;
   constexpr double kPhi = 0.8;
   std::vector<double> normals(static_cast<std::size_t>(kSteps) * kRuns);
-  noise.normals_of_runs(block * kRuns, 1, kSteps, NoisePurpose::process, 1, normals);
-  std::array<double, kRuns> result{};
-  std::vector<double> nees(kSteps);
+  noise.normals_of_runs(block * SyntheticFilter::kRuns, 1, kSteps, NoisePurpose::process, 1, normals);
+  std::vector<std::vector<double>> runs(kRuns, std::vector<double>(kSteps));
   for (std::size_t run = 0; run < kRuns; ++run) {
-    double error = normals[run];
+    double value = normals[run];
     for (std::size_t k = 0; k < kSteps; ++k) {
-      if (k > 0) error = kPhi * error + std::sqrt(1.0 - kPhi * kPhi) * normals[k * kRuns + run];
-      nees[k] = error * error;
+      if (k > 0) value = kPhi * value + std::sqrt(1.0 - kPhi * kPhi) * normals[k * kRuns + run];
+      runs[run][k] = value;
     }
-    result[run] = test_single_run(nees, 0.95).p_value;
+  }
+  return runs;
+}
+
+}  // namespace
+
+std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block) {
+  std::array<double, SyntheticFilter::kRuns> result{};
+  std::vector<std::vector<double>> runs = autoregressions(noise, block);
+  for (std::size_t run = 0; run < result.size(); ++run) {
+    for (double& value : runs[run]) value *= value;
+    result[run] = test_single_run(runs[run], 0.95).p_value;
+  }
+  return result;
+}
+
+std::array<double, SyntheticFilter::kRuns / 4> agreement_p_values(const NoiseSource& noise,
+                                                                  std::int64_t block) {
+  constexpr std::size_t kLogs = 4;
+  std::array<double, SyntheticFilter::kRuns / kLogs> result{};
+  const std::vector<std::vector<double>> runs = autoregressions(noise, block);
+  for (std::size_t study = 0; study < result.size(); ++study) {
+    std::vector<RunScores> logs;
+    Moments all;
+    for (std::size_t i = 0; i < kLogs; ++i) {
+      const std::vector<double>& scores = runs[kLogs * study + i];
+      logs.push_back({.values = scores, .information = std::vector<double>(scores.size(), 1.0)});
+      for (const double score : scores) all.add(score);
+    }
+    for (RunScores& log : logs) {
+      for (double& score : log.values) score -= all.mean;  // at the common estimate their sum is 0
+    }
+    result[study] = influence_interval(logs, 0.95).p_agreement;
   }
   return result;
 }

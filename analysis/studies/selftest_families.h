@@ -56,4 +56,9 @@ class SyntheticSweep {
 /// is undecided.
 std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block);
 
+/// p-values that four logs have one time offset (InfluenceInterval::p_agreement), of scores that are as
+/// autoregressions (φ = 0.8, 2000 rows), of kRuns / 4 studies.
+std::array<double, SyntheticFilter::kRuns / 4> agreement_p_values(const NoiseSource& noise,
+                                                                  std::int64_t block);
+
 }  // namespace credence::internal

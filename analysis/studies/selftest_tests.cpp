@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "analysis/evidence/sequential/sequential_e_value.h"
 #include "analysis/laws/joint/betting_e_value.h"
+#include "analysis/laws/mean/hall_score.h"
+#include "analysis/laws/scores/rmse_interval.h"
+#include "analysis/laws/shape/tail_weight.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -25,6 +29,33 @@ double smallest_adjusted(const std::vector<Bin>& bins) {
   return smallest;
 }
 
+/// The smallest level asked for at which the interval misses what it is of.
+template <class IntervalAt>
+double p_value_of_interval(double truth, const IntervalAt& interval_at) {
+  double p_value = 1.0;
+  for (const double level : {0.05, 0.01}) {
+    const auto interval = interval_at(1.0 - level);
+    if (interval.lower > truth || interval.upper < truth) p_value = level;
+  }
+  return p_value;
+}
+
+double score_p_value(const ScoreMoments& score) {
+  if (score.value.count == 0) return kNaN;
+  return p_value_of_interval(score.expected.mean,
+                             [&](double confidence) { return hall_interval(score.value, confidence); });
+}
+
+double far_nis_p_value(const Evidence& e) {
+  double smallest = kNaN, sensors = 0.0;
+  for (const SensorSums& sensor : e.sensors) {
+    if (sensor.far_tail.total == 0) continue;
+    sensors += 1.0;
+    smallest = std::fmin(smallest, far_tail_p_value(sensor.far_tail, SensorSums::kFarTail));
+  }
+  return sensors * smallest;
+}
+
 }  // namespace
 
 JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, double confidence) {
@@ -42,14 +73,24 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
     results.push_back({test.name, test.exactness, test.p_value});
     if (!std::isnan(test.adjusted)) smallest = std::min(smallest, test.adjusted);
   }
-  const auto conservative = [&](const char* name, double p_value) {
+  const auto conservative = [&](std::string name, double p_value) {
     TestResult& result = results.emplace_back();
-    result.name = name;
+    result.name = std::move(name);
     result.exactness = Exactness::conservative;
     result.p_value = p_value;
   };
   conservative("errors by claimed σ, Holm", smallest_adjusted(c.bins));
   conservative("NEES by distance, Holm", smallest_adjusted(c.distance));
+  conservative("NIS far out", far_nis_p_value(e));
+  conservative("interval of the log score", score_p_value(e.scores.log));
+  conservative("interval of the energy score", score_p_value(e.scores.energy));
+  for (const BlockSums& block : e.blocks) {
+    if (block.squared_error.count == 0) continue;
+    conservative("interval of the RMSE of " + block.name,
+                 p_value_of_interval(std::sqrt(block.claimed.mean), [&](double confidence) {
+                   return rmse_interval(block.squared_error, confidence);
+                 }));
+  }
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));

@@ -21,8 +21,8 @@ inline constexpr double kSelftestPowerLevel = 0.05;
 /// Noise groups that the parts draw from; the last ones add the number of the defect or of the kind.
 struct SelftestNoise {
   static constexpr std::uint64_t kTests = 1, kLooks = 2, kSweep = 3, kSingleRuns = 4, kProof = 5, kMixed = 6,
-                                 kLogs = 7, kEstimators = 8, kTuning = 9, kWrong = 100, kSavings = 200,
-                                 kWord = 300;
+                                 kLogs = 7, kEstimators = 8, kTuning = 9, kAgreement = 10, kWrong = 100,
+                                 kSavings = 200, kWord = 300;
 };
 
 /// Work items on some threads of all ranks, with progress over all of them; the order of execution changes

@@ -119,5 +119,21 @@ TEST(SelftestFamilies, SingleRunsHaveUniformPValues) {
   }
 }
 
+// 1,500 studies: Bonferroni over four logs.
+TEST(SelftestFamilies, AgreementOfOffsetsHoldsItsLevel) {
+  const NoiseSource noise(16, 4);
+  int below = 0, smaller = 0, count = 0;
+  for (std::int64_t block = 0; block < 94; ++block) {
+    for (const double p : agreement_p_values(noise, block)) {
+      ASSERT_FALSE(std::isnan(p));
+      below += p <= 0.05;
+      smaller += p <= 0.5;
+      ++count;
+    }
+  }
+  EXPECT_LE(below, count * (0.05 + five_errors(0.05, count)));
+  EXPECT_GT(smaller, count / 20) << "it is no test that never rejects";
+}
+
 }  // namespace
 }  // namespace credence::internal
