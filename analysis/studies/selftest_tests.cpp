@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "analysis/evidence/sequential/sequential_e_value.h"
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/mean/hall_score.h"
-#include "analysis/laws/scores/rmse_interval.h"
 #include "analysis/laws/shape/tail_weight.h"
 #include "core/nan.h"
 
@@ -73,9 +71,9 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
     results.push_back({test.name, test.exactness, test.p_value});
     if (!std::isnan(test.adjusted)) smallest = std::min(smallest, test.adjusted);
   }
-  const auto conservative = [&](std::string name, double p_value) {
+  const auto conservative = [&](const char* name, double p_value) {
     TestResult& result = results.emplace_back();
-    result.name = std::move(name);
+    result.name = name;
     result.exactness = Exactness::conservative;
     result.p_value = p_value;
   };
@@ -84,13 +82,6 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
   conservative("NIS far out", far_nis_p_value(e));
   conservative("interval of the log score", score_p_value(e.scores.log));
   conservative("interval of the energy score", score_p_value(e.scores.energy));
-  for (const BlockSums& block : e.blocks) {
-    if (block.squared_error.count == 0) continue;
-    conservative("interval of the RMSE of " + block.name,
-                 p_value_of_interval(std::sqrt(block.claimed.mean), [&](double confidence) {
-                   return rmse_interval(block.squared_error, confidence);
-                 }));
-  }
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));
