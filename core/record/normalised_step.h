@@ -27,6 +27,7 @@ struct NormalisedVector : NormalisedSquare {
 /// An innovation.
 struct NormalisedInnovation : NormalisedVector {
   Vector nu{}, variance{};    ///< ν and the diagonal of S; empty where NIS alone is known
+  Vector covariance{};        ///< S_pq, q < p, row by row, of each piece (Sensor::piece) one after the other
   double noise_share = kNaN;  ///< tr(S⁻¹ R)/m, where R is known
   bool complete = true;       ///< as Innovation::complete
 };

@@ -46,7 +46,7 @@ PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
       H_(10 * world.landmarks.size()),
       R_(2 * world.landmarks.size()),
       nu_(2 * world.landmarks.size()),
-      innovation_variance_(2 * world.landmarks.size()),
+      innovation_covariance_(3 * world.landmarks.size()),
       A_(2 * world.landmarks.size() * (2 * world.landmarks.size() + at(padded_) + 1)),
       F_(9),
       GQG_(6),
@@ -97,7 +97,7 @@ PlanarLanesData PlanarLanes::kernel_data() {
           .H = data(H_),
           .R = data(R_),
           .nu = data(nu_),
-          .innovation_variance = data(innovation_variance_),
+          .innovation_covariance = data(innovation_covariance_),
           .A = data(A_),
           .nis = nis_.of,
           .check = check_.of,
@@ -441,14 +441,16 @@ void PlanarLanes::normalise_innovation(int lane, NormalisedInnovation& told) con
   told.nu.resize(update.dof);
   told.whitened.resize(update.dof);
   told.variance.resize(update.dof);
+  told.covariance.resize(update.dof / 2);
   Index i = 0;
   for (Index b = 0; b < measured_; ++b) {
     if (!has(used_[at(b)], lane)) continue;
     for (Index c = 2 * b; c < 2 * b + 2; ++c, ++i) {
       told.nu[i] = nu_[at(c)][lane];
       told.whitened[i] = update_at(2 * measured_ + padded_, c)[lane];
-      told.variance[i] = innovation_variance_[at(c)][lane];
+      told.variance[i] = innovation_covariance_[at(3 * b + c % 2)][lane];
     }
+    told.covariance[i / 2 - 1] = innovation_covariance_[at(3 * b + 2)][lane];
   }
   // Where a lane saw nothing, S and R are one.
   const double m = static_cast<double>(update.dof);

@@ -118,7 +118,7 @@ class PlanarLanes {
   std::vector<Initialised> initialised_;  ///< by the last update
   std::vector<std::int64_t> offset_;
   std::vector<const double*> place_;
-  Numbers difference_, direction_, H_, R_, nu_, innovation_variance_, A_, F_, GQG_;
+  Numbers difference_, direction_, H_, R_, nu_, innovation_covariance_, A_, F_, GQG_;
   Lanes nis_, check_;
   Numbers error_, whitened_error_, diagonal_, L_;
   Numbers columns_, landmark_nees_;

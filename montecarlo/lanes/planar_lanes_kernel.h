@@ -31,7 +31,7 @@ struct PlanarLanesData {
   double* H;         ///< 10·M: H_r (2×3) and H_l (2×2) by rows; all zero in a lane that sees nothing
   const double* R;   ///< 2·M: measurement variances
   const double* nu;  ///< 2·M: innovations
-  double* innovation_variance;  ///< 2·M: the diagonal of S
+  double* innovation_covariance;  ///< 3·M: S_00, S_11 and S_10 of each
   /// (2M + padded + 1) × 2M: S, P Hᵀ and νᵀ, which become L with the inverse of its diagonal, W = P Hᵀ L⁻ᵀ
   /// and (L⁻¹ ν)ᵀ, where S = L Lᵀ.
   double* A;

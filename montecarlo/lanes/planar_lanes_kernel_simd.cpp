@@ -242,8 +242,9 @@ void innovate_lanes(const PlanarLanesData& d) {
       for (std::int64_t i = 2 * b; i < 2 * b + 2; ++i) {
         const D variance = Pack::add(A.load(i, i), load_lanes(d.R + lane, i));
         A.store(i, i, variance);
-        store_lanes(d.innovation_variance + lane, i, variance);
+        store_lanes(d.innovation_covariance + lane, 3 * b + i % 2, variance);
       }
+      store_lanes(d.innovation_covariance + lane, 3 * b + 2, A.load(2 * b + 1, 2 * b));
     }
     Pack::store(d.check + lane, factor(A, A, A, m));
     D nis = zero;

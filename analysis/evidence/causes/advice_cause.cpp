@@ -29,6 +29,7 @@ constexpr CauseRule kRules[] = {
     {find_inflation, false},
     {find_dropped_cross_covariance, true},
     {find_wrong_component, true},
+    {find_wrong_pair, true},
     {find_wrong_before_innovations, true},
     {find_wrong_first_innovation, true},
     {find_coloured_noise, true},
@@ -83,6 +84,8 @@ std::string_view to_string(Cause cause) {
     case Cause::outliers: return "outliers, such as wrong associations";
     case Cause::gated_innovations: return "innovations that had to pass a gate";
     case Cause::innovation_unit: return "a component of the innovations in another unit than its S";
+    case Cause::innovation_correlation:
+      return "a covariance between components of a measurement, which R lacks, or has and should not";
     case Cause::late_measurements: return "measurements that arrive late, or a truth that is ahead";
     case Cause::bias: return "a bias of the sensor or of the model";
     case Cause::initial_covariance: return "the initial covariance";

@@ -10,16 +10,17 @@ namespace credence::internal {
 
 /// What a wrong filter most likely has wrong.
 enum class Cause {
-  lost_runs,           ///< a few runs are wrong, and the others are not
-  shared_noise,        ///< runs of the same noise, or with an error that is the same in all of them
-  unwrapped_angle,     ///< an innovation of an angle beyond half a turn
-  wide_angle,          ///< an angle so uncertain that its wrapped error is not Gaussian
-  outliers,            ///< a few innovations or errors beyond any law: a wrong match
-  gated_innovations,   ///< NIS is cut off at a gate
-  innovation_unit,     ///< a component of the innovations is in another unit than S
-  late_measurements,   ///< the estimate lags behind the truth by a time
-  bias,                ///< the innovations have a mean, or the errors
-  initial_covariance,  ///< only the first steps are inconsistent
+  lost_runs,               ///< a few runs are wrong, and the others are not
+  shared_noise,            ///< runs of the same noise, or with an error that is the same in all of them
+  unwrapped_angle,         ///< an innovation of an angle beyond half a turn
+  wide_angle,              ///< an angle so uncertain that its wrapped error is not Gaussian
+  outliers,                ///< a few innovations or errors beyond any law: a wrong match
+  gated_innovations,       ///< NIS is cut off at a gate
+  innovation_unit,         ///< a component of the innovations is in another unit than S
+  innovation_correlation,  ///< two components of the innovations are correlated otherwise than in S
+  late_measurements,       ///< the estimate lags behind the truth by a time
+  bias,                    ///< the innovations have a mean, or the errors
+  initial_covariance,      ///< only the first steps are inconsistent
   initial_covariance_or_process_noise,    ///< errors before the first innovation are, and cannot tell which
   initial_covariance_or_nonlinear_start,  ///< one of them; the innovations cannot tell which
   nonlinear_start,  ///< only they are, but for the very first: P0 is right, the linearisation there is not

@@ -54,6 +54,16 @@ std::optional<Findings::WrongComponent> wrong_component_of(const SensorSums& sum
                                   sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
 }
 
+/// The most wrong pair of a sensor, where its sum and difference are wrong otherwise, beyond both intervals.
+std::optional<Findings::WrongPair> wrong_pair_of(const SensorSums& sums, const SensorJudgement& s) {
+  const Index of_sum = s.pairs.worst - s.pairs.worst % 2, of_difference = of_sum + 1;
+  const auto at = [&](Index i) { return s.pairs.components[static_cast<std::size_t>(i)]; };
+  const ComponentVariance sum = at(of_sum), difference = at(of_difference);
+  if (!(sum.lower > difference.upper || difference.lower > sum.upper)) return std::nullopt;
+  return Findings::WrongPair{pair_name(s, of_sum), pair_name(s, of_difference), sum, difference,
+                             sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
+}
+
 /// What speaks of one sensor.
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
   // A correlation of NIS does not tell by its sign what causes it.
@@ -71,6 +81,13 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     const auto wrong = wrong_component_of(sums, s);
     const auto size = [](const Findings::WrongComponent& of) { return std::abs(std::log(of.factor.mean)); };
     if (wrong && (!f.wrong_component || size(*wrong) > size(*f.wrong_component))) f.wrong_component = wrong;
+  }
+  if (speaks(j, of_sensor(kPairs, s)) && !speaks(j, of_sensor(kComponents, s))) {
+    const auto wrong = wrong_pair_of(sums, s);
+    const auto size = [](const Findings::WrongPair& of) {
+      return std::abs(std::log(of.sum.mean / of.difference.mean));
+    };
+    if (wrong && (!f.wrong_pair || size(*wrong) > size(*f.wrong_pair))) f.wrong_pair = wrong;
   }
   if (j.sensors.size() > 1 && !sums.sensor.nis_alone && is_inconsistent(s.nis.verdict))
     f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness});

@@ -66,7 +66,15 @@ struct Findings {
     double noise_share = kNaN;  ///< tr(S⁻¹ R)/m of the sensor
   };
   std::optional<WrongComponent> wrong_component = {};  ///< the most wrong one of all sensors
-  bool not_white = false;  ///< the portmanteau of all lags speaks against whiteness
+  /// Two components of the innovations of a sensor that are each as large as S says, and their sum and
+  /// difference, each over its σ, are not.
+  struct WrongPair {
+    std::string sum_name, difference_name;
+    ComponentVariance sum, difference;
+    double noise_share = kNaN;  ///< as of a component
+  };
+  std::optional<WrongPair> wrong_pair = {};  ///< the most wrong one of all sensors
+  bool not_white = false;                    ///< the portmanteau of all lags speaks against whiteness
   /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
   std::optional<ZeroMeanTest> innovation_mean = {};
   std::optional<ZeroMeanTest> first_innovation = {};  ///< of that of a sensor; Bonferroni over the sensors

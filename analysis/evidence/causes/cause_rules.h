@@ -122,6 +122,10 @@ Causes find_start_beside_the_rest(const Findings& findings);
 /// named); not where the lags tell Q. Names innovation_unit where the factor is that of one; else R, of that
 /// component, where the lags tell it or S is mostly R; else either noise.
 Causes find_wrong_component(const Findings& findings);
+/// Two components of an innovation are each as large as S says, and their sum and difference are not (the
+/// test of pairs speaks, that of components does not), by factors 1.1 apart at least. Names
+/// innovation_correlation.
+Causes find_wrong_pair(const Findings& findings);
 /// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else by what the
 /// errors do between innovations (noise_between_innovations); else R, where S is
 /// mostly R and the innovations are whiter than a wrong Q leaves them; else either of the two.

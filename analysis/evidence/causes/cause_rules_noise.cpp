@@ -160,6 +160,21 @@ Causes find_wrong_component(const Findings& findings) {
   return {{cause, "only " + component_text(*findings.wrong_component) + unit}};
 }
 
+Causes find_wrong_pair(const Findings& findings) {
+  constexpr double kMostlyR = 0.5, kApart = 1.1;
+  if (!findings.wrong_pair) return {};
+  const auto& [sum_name, difference_name, sum, difference, share] = *findings.wrong_pair;
+  if (std::abs(std::log(sum.mean / difference.mean)) < std::log(kApart)) return {};
+  return {
+      {Cause::innovation_correlation,
+       fmt::format("{} squared are {:.3g} ({:.3g} … {:.3g}) times what S says, and {} {:.3g} ({:.3g} … "
+                   "{:.3g}) times, while each alone is as large as it says: they are {} correlated than in "
+                   "S{}",
+                   sum_name, sum.mean, sum.lower, sum.upper, difference_name, difference.mean,
+                   difference.lower, difference.upper, sum.mean > difference.mean ? "more" : "less",
+                   share >= kMostlyR ? ", which is mostly R" : "")}};
+}
+
 Causes find_wrong_noise(const Findings& findings) {
   if (!is_inconsistent(findings.nis.verdict) && !is_inconsistent(findings.nees.verdict)) return {};
   const double late = excess_of_second_half(findings.nis);

@@ -82,8 +82,8 @@ void SensorSums::merge(const SensorSums& later) {
     run_means.merge(later.run_means);
     values.merge(later.values);
     first.merge(later.first);
-    if (components.size() < later.components.size()) components.resize(later.components.size());
-    for (std::size_t j = 0; j < later.components.size(); ++j) components[j].merge(later.components[j]);
+    merge_series(components, later.components);
+    merge_series(pairs, later.pairs);
   }
   scalar_lags.merge(later.scalar_lags);
   scalar_run_means.merge(later.scalar_run_means);

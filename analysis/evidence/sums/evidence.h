@@ -107,6 +107,9 @@ struct SensorSums {
   VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
   /// ν_j²/S_jj of each component of a piece of several, after the first fifth of each run.
   std::vector<Moments> components;
+  /// The same of (ν_p/σ_p ± ν_q/σ_q)²/(2 (1 ± r_pq)) of every two of them, r the correlation that S has, q <
+  /// p: of 1 and 0 the sum and the difference, of 2 and 0, of 2 and 1, and so on.
+  std::vector<Moments> pairs;
   Moments measurement_share;   ///< tr(S⁻¹ R)/m: the part of S that is R
   ChangesByNis changes;        ///< of log det P, after the first fifth of each run
   std::int64_t unwrapped = 0;  ///< components that are angles, beyond half a turn

@@ -208,7 +208,7 @@ class Pass {
   /// The sensor is known.
   void one(Held<SensorSums>& s) {
     (*this)(s.varies, s.nis, s.by_dimension, s.fit, s.far_tail, s.largest_nis, s.ties, s.lags, s.run_means,
-            s.first, s.scalar_lags, s.scalar_run_means, s.values, s.scalar_values, s.components,
+            s.first, s.scalar_lags, s.scalar_run_means, s.values, s.scalar_values, s.components, s.pairs,
             s.measurement_share, s.changes.bins, s.unwrapped);
     require(s.changes.bins.empty() || s.changes.bins.size() == ChangesByNis::kBins);
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
+#include "core/nan.h"
 
 namespace credence::internal {
 namespace {
@@ -84,9 +85,28 @@ void RunInnovations::add(const Sensor& sensor, const NormalisedInnovation& value
   } else {
     const double* const u = value.whitened.data();
     values_.insert(values_.end(), u, u + value.whitened.size());
-    if (sensor.piece < 2 || !pieces_) return;
-    for (Index j = 0; j < value.nu.size(); ++j)
-      squares_.push_back(value.nu[j] * value.nu[j] / value.variance[j]);
+    if (sensor.piece >= 2 && pieces_) add_squares(sensor, value);
+  }
+}
+
+void RunInnovations::add_squares(const Sensor& sensor, const NormalisedInnovation& value) {
+  constexpr double kLeast =
+      1e-9;  // of the variance of a sum: less is what rounding leaves of two that are one
+  Index of_pair = 0;
+  for (Index first = 0; first < value.nu.size(); first += sensor.piece) {
+    const Index end = first + sensor.piece;
+    for (Index j = first; j < end; ++j) squares_.push_back(value.nu[j] * value.nu[j] / value.variance[j]);
+    for (Index p = first + 1; p < end; ++p) {
+      const double sigma = std::sqrt(value.variance[p]), u = value.nu[p] / sigma;
+      for (Index q = first; q < p; ++q) {
+        const double other = std::sqrt(value.variance[q]), v = value.nu[q] / other;
+        const double correlation = value.covariance[of_pair++] / (sigma * other);
+        for (const double sign : {1.0, -1.0}) {
+          const double variance = 2.0 * (1.0 + sign * correlation), sum = u + sign * v;
+          squares_.push_back(variance > kLeast ? sum * sum / variance : kNaN);
+        }
+      }
+    }
   }
 }
 
@@ -197,12 +217,17 @@ void RunInnovations::add_components(const Settled& settled, SensorSums& sums) co
   const auto d = static_cast<std::size_t>(sums.lags.dim());
   if (d < 2) return;
   sums.components.resize(d);
+  sums.pairs.resize(d * (d - 1));
   for (std::size_t k = settled.first; k < steps(); ++k) {
-    const std::size_t count = at(k).size();
-    for (std::size_t j = 0; j < d && count > 0; ++j) {
+    const std::size_t pieces = at(k).size() / d;
+    // Of each component, and direction of a pair, there are as many squares of a piece as d of it.
+    const std::span<const double> squares = std::span(squares_).subspan(begins_[k] * d, pieces * d * d);
+    for (std::size_t j = 0; j < d * d && pieces > 0; ++j) {
       double sum = 0.0;
-      for (std::size_t i = j; i < count; i += d) sum += squares_[begins_[k] + i];
-      sums.components[j].add(sum * static_cast<double>(d) / static_cast<double>(count));
+      for (std::size_t i = j; i < squares.size(); i += d * d) sum += squares[i];
+      if (std::isnan(sum)) continue;
+      Moments& moments = j < d ? sums.components[j] : sums.pairs[j - d];
+      moments.add(sum / static_cast<double>(pieces));
     }
   }
 }

@@ -48,10 +48,14 @@ class RunInnovations {
   void add_scalars(const Sensor& sensor, const Settled& settled, SensorSums& sums) const;
   void add_pieces(const Sensor& sensor, const Settled& settled, SensorSums& sums) const;
   void add_components(const Settled& settled, SensorSums& sums) const;
+  /// Of each component, and then of each pair, of the pieces of an innovation.
+  void add_squares(const Sensor& sensor, const NormalisedInnovation& innovation);
 
-  std::vector<Nis> nis_;             ///< of the steps with a measurement
-  std::vector<double> values_;       ///< whitened, one after the other
-  std::vector<double> squares_;      ///< ν_i²/S_ii of them, where they can be taken apart
+  std::vector<Nis> nis_;        ///< of the steps with a measurement
+  std::vector<double> values_;  ///< whitened, one after the other
+  /// Of each piece, where they can be taken apart: ν_i²/S_ii of its components, then the squares of its pairs
+  /// (SensorSums::pairs); NaN for a pair that S holds for one.
+  std::vector<double> squares_;
   std::vector<std::size_t> begins_;  ///< of each step in `values_`
   bool pieces_ = true;               ///< all of them can be taken apart
 };

@@ -8,6 +8,7 @@
 #include "core/linear_algebra/logarithm.h"
 #include "core/record/certain_states.h"
 #include "core/record/normalised_error.h"
+#include "core/record/piece_covariances.h"
 #include "core/record/take_block.h"
 
 namespace credence::internal {
@@ -274,6 +275,7 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     static_cast<NormalisedVector&>(value) = solved.of;
     value.nu = innovation.nu;
     value.variance = innovation.S.diagonal();
+    take_piece_covariances(innovation.S, layout.sensors[i].piece, value.covariance);
     value.complete = innovation.complete;
     if (!solved.factorised) continue;
     const std::vector<double>& variances = layout.sensors[i].variances;

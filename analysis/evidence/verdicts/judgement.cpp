@@ -212,8 +212,12 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   } else {
     result.mean = test_correlated_mean(s.varies ? s.scalar_values : s.values, lags, confidence);
   }
-  result.components = test_components(s.varies ? std::span<const Moments>() : s.components, confidence);
-  if (result.gate) result.components = {.reason = "innovations had to pass a gate"};
+  const auto test = [&](const std::vector<Moments>& values) {
+    if (result.gate) return ComponentTest{.reason = "innovations had to pass a gate"};
+    return test_components(s.varies ? std::span<const Moments>() : values, confidence);
+  };
+  result.components = test(s.components);
+  result.pairs = test(s.pairs);
   if (is_rounded(s.ties)) {
     result.fit.kolmogorov_p_value = result.fit.anderson_p_value = kNaN;
     result.fit.reason = "not tested: the values are rounded, as many are equal to another";
@@ -305,8 +309,8 @@ ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t
   return verdict;
 }
 
-/// NEES, NIS of each sensor and its components, which share what NIS has, the blocks, the directions of P,
-/// and P by the σ that it claims.
+/// NEES, NIS of each sensor, its components and pairs of them, which share what NIS has, the blocks, the
+/// directions of P, and P by the σ that it claims.
 Word word_of(const Evidence& e, const Judgement& j) {
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
@@ -322,12 +326,16 @@ Word word_of(const Evidence& e, const Judgement& j) {
     const auto nis =
         std::ranges::find(parts, j.sensors.size() == 1 ? &j.nis : &sensor.nis, &WordPart::verdict);
     nis->weight *= 0.5;
-    const double each = nis->weight / static_cast<double>(sensor.components.components.size());
-    for (const ComponentVariance& c : sensor.components.components) {
-      averages.push_back(averaged_verdict(c.p_value, c.count, c.count));
-      const Index number = &c - sensor.components.components.data();
-      parts.push_back({component_name(sensor, number), &averages.back(), each, false, true, true});
-    }
+    const double half = (sensor.pairs.components.empty() ? 1.0 : 0.5) * nis->weight;
+    const auto add = [&](const ComponentTest& test, std::string (*name)(const SensorJudgement&, Index)) {
+      const double each = half / static_cast<double>(test.components.size());
+      for (Index k = 0; const ComponentVariance& c : test.components) {
+        averages.push_back(averaged_verdict(c.p_value, c.count, c.count));
+        parts.push_back({name(sensor, k++), &averages.back(), each, false, true, true});
+      }
+    };
+    add(sensor.components, component_name);
+    add(sensor.pairs, pair_name);
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
@@ -430,6 +438,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.claimed_sigma = context.claimed_sigma;
   for (const SensorSums& sensor : e.sensors) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
+    if (!e.joint_covariance) j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
   }
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
   const StretchAverages stretches = stretches_of(e, all);

@@ -41,14 +41,20 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
   const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
   tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
                                 s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
-  const ComponentTest& c = s.components;
-  if (c.components.empty()) return;
-  const ComponentVariance& worst = c.components[static_cast<std::size_t>(c.worst)];
-  tests.push_back(
-      reasoned_test(of_sensor(kComponents, s), Exactness::conservative, c.reason,
-                    std::min(c.p_value.optimistic, c.p_value.pessimistic),
-                    fmt::format("{} squared is {:.3g} ({:.3g} … {:.3g}) times its S",
-                                component_name(s, c.worst), worst.mean, worst.lower, worst.upper)));
+  const auto add = [&](const char* name, const ComponentTest& test, const auto& says) {
+    if (test.components.empty()) return;
+    tests.push_back(reasoned_test(of_sensor(name, s), Exactness::conservative, test.reason,
+                                  std::min(test.p_value.optimistic, test.p_value.pessimistic),
+                                  says(test.components[static_cast<std::size_t>(test.worst)])));
+  };
+  add(kComponents, s.components, [&s](const ComponentVariance& worst) {
+    return fmt::format("{} squared is {:.3g} ({:.3g} … {:.3g}) times its S",
+                       component_name(s, s.components.worst), worst.mean, worst.lower, worst.upper);
+  });
+  add(kPairs, s.pairs, [&s](const ComponentVariance& worst) {
+    return fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", worst.mean, worst.lower,
+                       worst.upper, pair_name(s, s.pairs.worst));
+  });
 }
 
 /// The p-values of those tests of tails that were made.
@@ -128,6 +134,13 @@ std::string of_sensor(const char* test, const SensorJudgement& sensor) {
 
 std::string component_name(const SensorJudgement& sensor, Index component) {
   return fmt::format("component {} of {}", component + 1,
+                     sensor.name.empty() ? "the innovation" : sensor.name);
+}
+
+std::string pair_name(const SensorJudgement& sensor, Index direction) {
+  Index q = direction / 2, p = 1;
+  for (; q >= p; ++p) q -= p;
+  return fmt::format("components {} {} {} of {}", q + 1, direction % 2 == 0 ? "+" : "−", p + 1,
                      sensor.name.empty() ? "the innovation" : sensor.name);
 }
 

@@ -16,6 +16,7 @@ inline constexpr const char* kNisTails = "NIS against its law, tails";
 inline constexpr const char* kWhiteness = "whiteness of the innovation";
 inline constexpr const char* kInnovationMean = "mean of the innovation";
 inline constexpr const char* kComponents = "components of the innovation";
+inline constexpr const char* kPairs = "pairs of components of the innovation";
 inline constexpr const char* kErrorMean = "mean of the errors";
 inline constexpr const char* kErrorCorrelation = "correlation of the whitened errors";
 inline constexpr const char* kHeavyTails = "tails of NEES and NIS";
@@ -28,6 +29,9 @@ std::string of_sensor(const char* test, const SensorJudgement& sensor);
 
 /// "component 2 of radar", or of the innovation.
 std::string component_name(const SensorJudgement& sensor, Index component);
+
+/// The direction of SensorJudgement::pairs: "components 1 + 2 of radar", each over its σ.
+std::string pair_name(const SensorJudgement& sensor, Index direction);
 
 /// All tests that were made or have a reason why not, adjusted for being so many (Holm).
 std::vector<NamedTest> list_tests(const Evidence& evidence, const Judgement& judged);

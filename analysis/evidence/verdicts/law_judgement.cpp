@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 
 #include "analysis/evidence/verdicts/series_verdicts.h"
+#include "analysis/laws/correlation/modulation.h"
 #include "analysis/laws/mean/equivalence.h"
 #include "analysis/laws/mean/hall_score.h"
 #include "analysis/laws/mean/run_mean.h"
@@ -25,7 +27,7 @@ constexpr std::int64_t kFewestRuns = 20;
 constexpr std::int64_t kFewestValues = 100;
 
 /// So far in the tails, the skewness of a few heavy-tailed values is not all removed.
-constexpr double kMoreForSteps = 10.0;
+constexpr double kMoreForSkewed = 10.0;
 
 /// Takes p-values one by one, those that are not made left out, for Bonferroni's bound.
 class SmallestPValue {
@@ -168,6 +170,19 @@ double pairs_p_value(const SensorSums& sensor) {
   return pairs.adjusted();
 }
 
+/// That independent values have this mean: Student's t. NaN of few, which say little.
+double mean_p_value(const Moments& values, double expected) {
+  if (values.count < kFewestValues) return kNaN;
+  const auto count = static_cast<double>(values.count);
+  const double t = (values.mean - expected) / std::sqrt(values.variance() / count);
+  return student_two_sided_p_value(t, count - 1.0);
+}
+
+/// A p-value that has to be smaller by kMoreForSkewed.
+double of_skewed(double p_value) {
+  return std::isnan(p_value) ? kNaN : std::min(1.0, kMoreForSkewed * p_value);
+}
+
 /// Tests that P is right on average which need no law.
 struct MomentTests {
   SmallestPValue p_values{};
@@ -178,13 +193,11 @@ struct MomentTests {
     p_values.add(two_sided(units));
     add_error(static_cast<double>(units.count), units.mean, units.variance());
   }
-  /// Of independent values; few say little.
+  /// Of independent values.
   void add(const Moments& values, double expected) {
     if (values.count < kFewestValues) return;
-    const auto count = static_cast<double>(values.count);
-    const double t = (values.mean - expected) / std::sqrt(values.variance() / count);
-    p_values.add(student_two_sided_p_value(t, count - 1.0));
-    add_error(count, values.mean, values.variance());
+    p_values.add(mean_p_value(values, expected));
+    add_error(static_cast<double>(values.count), values.mean, values.variance());
   }
   void add(const DirectedPValues& p_value) {
     p_values.add(std::min(p_value.optimistic, p_value.pessimistic));
@@ -202,18 +215,40 @@ MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
   MomentTests tests;
   tests.add(all.nees_of_runs.moments);
   tests.add(e.law.nis_of_runs);
+  for (const SensorSums& sensor : e.sensors) {
+    for (const Moments& component : sensor.components)
+      tests.p_values.add(of_skewed(mean_p_value(component, 1.0)));
+    tests.p_values.add(pairs_p_value(sensor));
+  }
   for (const BlockSums& block : e.blocks) tests.p_values.add(two_sided(block.runs.moments));
   if (second.test.reason.empty()) tests.add(second.test.p_value);
   tests.p_values.add(step_profile_p_value(e.whole_runs.nees));
   const LeastPValue steps = least_run_mean_p_value(e.law.nis_at, 1.0, kFewestRuns);
-  if (steps.tests > 0)
-    tests.p_values.add(std::min(1.0, kMoreForSteps * (steps.p_value * static_cast<double>(steps.tests))));
+  if (steps.tests > 0) tests.p_values.add(of_skewed(steps.p_value * static_cast<double>(steps.tests)));
   return tests;
+}
+
+/// That each of the runs is as it is all along; Bonferroni over them.
+double modulation_of_runs(std::span<const std::vector<double>> runs) {
+  SmallestPValue p_values;
+  for (const std::vector<double>& run : runs) p_values.add(modulation_p_value(run));
+  return p_values.adjusted();
+}
+
+/// The same of NIS of one dimension that are of as many runs at every step, whose mean has one law.
+double modulation_of_nis(const SensorSums& sensor) {
+  std::vector<std::int64_t> counts;
+  for (const StepSums& step : sensor.nis) {
+    if (step.value.count > 0) counts.push_back(step.value.count);
+  }
+  const bool alike = sensor.by_dimension.size() == 1 &&
+                     std::ranges::adjacent_find(counts, std::not_equal_to{}) == counts.end();
+  return alike ? modulation_p_value(normalised_nis(sensor)) : kNaN;
 }
 
 /// Of few runs: the units are their stretches, of errors, and each NIS. None where there is a truth and no
 /// stretch that is long enough.
-MomentTests moments_of_few(const Evidence& e, const SecondMomentJudgement& second,
+MomentTests moments_of_few(const Evidence& e, const StudyStatistics& all, const SecondMomentJudgement& second,
                            const StretchAverages& stretches) {
   MomentTests tests;
   if (e.has_truth) {
@@ -224,11 +259,13 @@ MomentTests moments_of_few(const Evidence& e, const SecondMomentJudgement& secon
     const auto by_place = averages_by_place(e.whole_runs.nees, stretches.correlation_time);
     tests.p_values.add(two_sided(by_place.front()));
     tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
+    if (!std::isnan(constant_dof(all))) tests.p_values.add(modulation_of_runs(e.whole_runs.nees));
   }
   for (const SensorSums& sensor : e.sensors) {
     for (const auto& [dof, nis] : sensor.by_dimension) tests.add(nis.value, static_cast<double>(dof));
     for (const Moments& component : sensor.components) tests.add(component, 1.0);
     tests.p_values.add(pairs_p_value(sensor));
+    tests.p_values.add(modulation_of_nis(sensor));
     const std::vector<double> nis = normalised_nis(sensor);
     const auto by_place = averages_by_place(std::span(&nis, 1), 1.0);
     tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
@@ -253,7 +290,7 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   SmallestPValue tails;
   for (const double p : {g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value}) tails.add(p);
   g.tail_p_value = tails.adjusted();
-  MomentTests tests = few ? moments_of_few(e, second, stretches) : moments_of_many(e, all, second);
+  MomentTests tests = few ? moments_of_few(e, all, second, stretches) : moments_of_many(e, all, second);
   g.relative_error = tests.relative_error;
   if (!std::isnan(tests.p_values.adjusted())) tests.p_values.add(claimed_sigma);
   g.moments_p_value = tests.p_values.adjusted();

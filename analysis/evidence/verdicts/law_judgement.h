@@ -57,7 +57,8 @@ struct GaussianityJudgement {
   double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
   double tail_p_value = kNaN;     ///< of all, Bonferroni
   /// Of "the second moments are right", by what needs no law: NEES and NIS on average, second moments and P
-  /// by the σ that it claims, of 20 runs and more also the blocks, and NEES and NIS at every step;
+  /// by the σ that it claims, each component of the innovations and every two of them, of 20 runs and more
+  /// also the blocks, and NEES and NIS at every step, of fewer NEES and NIS by place and over time;
   /// Bonferroni. NaN: of fewer runs, where their stretches tell no more than they do.
   double moments_p_value = kNaN;
   /// The larger of the standard errors of mean NEES and mean NIS over the runs, each over the mean.

@@ -65,6 +65,7 @@ bool InnovationSeries::any_vector() const {
 void InnovationSeries::emit(LogSink& sink) const {
   RunLayout layout;
   layout.has_truth = false;
+  layout.joint_covariance = false;  // of S the variances alone
   std::vector<const SensorSeries*> speaking;
   std::int64_t steps = 0;
   for (const SensorSeries& s : sensors_) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/record/piece_covariances.h"
 #include "montecarlo/worlds/slam_layout.h"
 
 namespace credence::internal {
@@ -100,6 +101,7 @@ bool PlanarNormaliser::normalise_innovation(const VectorRef& nu, const MatrixRef
   innovation.whitened = solver_.whitened();
   innovation.nu = nu;
   innovation.variance = S.diagonal();
+  take_piece_covariances(S, 2, innovation.covariance);
   innovation.noise_share = variances_.empty() ? kNaN : solver_.noise_share(variances_);
   return true;
 }

@@ -36,13 +36,14 @@ std::string tests_of(const SensorJudgement& s) {
   const auto p = [](double value, std::string_view reason) {
     return reason.empty() ? p_value_statement(value) : std::string(reason);
   };
-  const ComponentTest& c = s.components;
-  return fmt::format("{}: test of whiteness in time {}; of mean zero {}{}.", name,
+  const auto of_each = [&](const ComponentTest& test, const char* what) {
+    if (test.components.empty()) return std::string();
+    return fmt::format("; of {} {}", what,
+                       p(std::min(test.p_value.optimistic, test.p_value.pessimistic), ""));
+  };
+  return fmt::format("{}: test of whiteness in time {}; of mean zero {}{}{}.", name,
                      p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason),
-                     c.components.empty()
-                         ? ""
-                         : fmt::format("; of each component alone {}",
-                                       p(std::min(c.p_value.optimistic, c.p_value.pessimistic), "")));
+                     of_each(s.components, "each component alone"), of_each(s.pairs, "every two together"));
 }
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {

@@ -233,6 +233,8 @@ void expect_normalised(const NormalisedStep& normalised, const TraceStep& step, 
   near(innovation.value, solver.solve(step.innovation(), step.S()).value);
   EXPECT_LT((innovation.whitened - solver.whitened()).cwiseAbs().maxCoeff(), kTolerance);
   EXPECT_EQ(innovation.nu, step.innovation());
+  ASSERT_EQ(innovation.covariance.size(), m / 2);
+  for (Index i = 0; i < m; i += 2) near(innovation.covariance[i / 2], step.S()(i + 1, i));
   near(innovation.noise_share, solver.noise_share({variance[0], variance[1]}));
 }
 

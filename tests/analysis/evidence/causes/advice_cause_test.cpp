@@ -217,6 +217,26 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation_or_bias});
 }
 
+TEST(CauseRules, TwoComponentsThatAreCorrelatedOtherwiseThanInSAreNamed) {
+  const auto with = [](double sum, double difference) {
+    Findings findings = findings_of(1.0, 1.0);
+    findings.wrong_pair = Findings::WrongPair{.sum_name = "components 1 + 2 of radar",
+                                              .difference_name = "components 1 − 2 of radar",
+                                              .sum = {.mean = sum, .lower = 0.95 * sum, .upper = 1.05 * sum},
+                                              .difference = {.mean = difference, .lower = 0.95 * difference},
+                                              .noise_share = 0.8};
+    return find_causes(findings);
+  };
+  const std::vector<CauseFound> more = with(1.7, 0.3), less = with(0.6, 4.0);
+  ASSERT_EQ(more.size(), 1U);
+  EXPECT_EQ(more[0].cause, Cause::innovation_correlation);
+  EXPECT_NE(more[0].why.find("more correlated than in S, which is mostly R"), std::string::npos)
+      << more[0].why;
+  ASSERT_EQ(less.size(), 1U);
+  EXPECT_NE(less[0].why.find("less correlated"), std::string::npos) << less[0].why;
+  for (const CauseFound& found : with(1.02, 0.98)) EXPECT_NE(found.cause, Cause::innovation_correlation);
+}
+
 // A component of its own: R of it, but for lags that tell Q, and the unit that makes such a factor.
 TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
   const auto with = [](double factor, double lag_1, double share) {

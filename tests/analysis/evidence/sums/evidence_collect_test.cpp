@@ -77,7 +77,7 @@ TEST(CollectedEvidence, PassesAnOptimalFilter) {
   const StudyAnalysis analysis = analysed(monobot(320));
   const Judgement& judgement = analysis.judgement.value();
   EXPECT_EQ(judgement.runs, 320);
-  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 5U + 5U + 4U);
+  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 6U + 5U + 4U);
   for (const NamedTest& test : judgement.tests) {
     // The chance of a false alarm anywhere in the judgement, at this one seed, is below 0.1 %.
     EXPECT_GT(test.adjusted, 1e-3) << test.name << ": " << test.says;
@@ -161,6 +161,7 @@ TEST(CollectedEvidence, IsTheSameOfRunsSideBySide) {
   EXPECT_EQ(sensor.by_dimension, same.by_dimension);
   EXPECT_EQ(sensor.measurement_share, same.measurement_share);
   EXPECT_EQ(sensor.components, same.components);
+  EXPECT_EQ(sensor.pairs, same.pairs);
   EXPECT_EQ(sensor.run_means.scatter, same.run_means.scatter);
   EXPECT_EQ(sensor.lags.product(3), same.lags.product(3));
   for (std::size_t b = 0; b < one.blocks.size(); ++b) {
@@ -199,6 +200,7 @@ TEST(CollectedEvidence, OfNormalisedStepsIsThatOfPlainOnes) {
     for (std::size_t j = 0; j < 2; ++j) {
       EXPECT_EQ(fast.sensors[0].components[j].count, plain.sensors[0].components[j].count);
       near(fast.sensors[0].components[j].mean, plain.sensors[0].components[j].mean);
+      near(fast.sensors[0].pairs.at(j).mean, plain.sensors[0].pairs.at(j).mean);
     }
     near(fast.sensors[0].measurement_share.mean, plain.sensors[0].measurement_share.mean);
     near(fast.sensors[0].run_means.scatter.trace(), plain.sensors[0].run_means.scatter.trace());

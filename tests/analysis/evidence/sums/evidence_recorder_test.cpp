@@ -195,6 +195,13 @@ TEST(EvidenceRecorder, ComponentsOfAnInnovationAreComparedWithTheirVariances) {
   EXPECT_EQ(components[0].count, 8);
   EXPECT_DOUBLE_EQ(components[0].mean, 1.0);
   EXPECT_DOUBLE_EQ(components[1].mean, 0.5 * 9.0 + 0.5 * (9.0 + 1.0) / 2.0);
+  // ν/σ is 1 and 3, their correlation 3/4: (1 + 3)²/3.5 and (1 − 3)²/0.5; of the second observation 1 and 1,
+  // uncorrelated: 4/2 and 0.
+  const std::vector<Moments>& pairs = evidence.sensors.at(0).pairs;
+  ASSERT_EQ(pairs.size(), 2U);
+  EXPECT_EQ(pairs[0].count, 8);
+  EXPECT_DOUBLE_EQ(pairs[0].mean, 0.5 * (16.0 / 3.5) + 0.5 * (16.0 / 3.5 + 2.0) / 2.0);
+  EXPECT_DOUBLE_EQ(pairs[1].mean, 0.5 * 8.0 + 0.5 * 8.0 / 2.0);
   const ComponentTest& test = judge(evidence).sensors.at(0).components;
   EXPECT_EQ(test.worst, 1);
   EXPECT_LT(test.p_value.optimistic, 1e-6);

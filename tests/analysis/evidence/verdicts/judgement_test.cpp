@@ -807,6 +807,62 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
       << coloured.nees.reason;
 }
 
+/// Innovations of three components, the first and the last of which are correlated, S = I.
+Judgement correlated_innovations(double correlation, int runs, int rows, unsigned seed, bool known = true) {
+  RunLayout layout{.sensors = {{.name = "radar", .dim = 3, .piece = 3}}, .has_truth = false};
+  layout.joint_covariance = known;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < runs; ++run) {
+    recorder.begin_run();
+    Step step;
+    step.innovations.resize(1);
+    step.innovations[0].S = Matrix::Identity(3, 3);
+    for (step.step = 1; step.step <= rows; ++step.step) {
+      Vector nu{{normal(random), normal(random), normal(random)}};
+      nu[2] = correlation * nu[0] + std::sqrt(1.0 - correlation * correlation) * nu[2];
+      step.innovations[0].nu = nu;
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take());
+}
+
+// Each component is as large as S says, and so is NIS; the sum is 1.5 times as large, the difference half.
+TEST(Judgement, ACorrelationOfComponentsThatSLacksIsNamed) {
+  for (const int runs : {1, 25}) {
+    const Judgement j = correlated_innovations(0.5, runs, 2000 / runs, 5);
+    EXPECT_EQ(j.word.verdict, Verdict::mixed) << runs;
+    EXPECT_NE(j.word.says.find("components 1 + 3 of radar"), std::string::npos) << j.word.says;
+    const auto test =
+        std::ranges::find(j.tests, "pairs of components of the innovation of radar", &NamedTest::name);
+    ASSERT_NE(test, j.tests.end());
+    EXPECT_LE(test->adjusted, 1e-6);
+    EXPECT_NE(test->says.find("in the direction of components 1 − 3 of radar"), std::string::npos)
+        << test->says;
+    ASSERT_FALSE(j.causes.empty());
+    EXPECT_EQ(j.causes.front().cause, Cause::innovation_correlation);
+    const ComponentVariance& sum = j.sensors.front().pairs.components.at(2);
+    EXPECT_NEAR(sum.mean, 1.5, 5.0 * 1.5 * std::sqrt(2.0 / 1600.0));
+  }
+}
+
+TEST(Judgement, WhereSIsKnownByItsVariancesAloneNoPairIsTested) {
+  const Judgement j = correlated_innovations(0.5, 1, 2000, 5, false);
+  EXPECT_TRUE(j.sensors.front().pairs.components.empty());
+  EXPECT_EQ(j.word.says.find("components"), std::string::npos) << j.word.says;
+}
+
+// At 5 %, by five standard errors.
+TEST(Judgement, InnovationsOfSeveralComponentsAreSeldomAccused) {
+  constexpr int kStudies = 200;
+  int accused = 0;
+  for (unsigned i = 0; i < kStudies; ++i)
+    accused += correlated_innovations(0.0, 2, 50, 100 + i).word.verdict != Verdict::consistent;
+  EXPECT_LE(accused, 0.05 * kStudies + 5.0 * std::sqrt(0.05 * 0.95 * kStudies));
+}
+
 TEST(Judgement, ATestThatWasMadeSaysNumbers) {
   // Of one run there are no tails over runs, but single values that are far out.
   for (const int runs : {1, 20}) {

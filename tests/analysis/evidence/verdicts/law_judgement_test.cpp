@@ -400,6 +400,27 @@ TEST(LawJudgement, ScoresAreThoseOfTheirLaws) {
   EXPECT_NEAR(j.energy_score.value.mean, j.energy_score.expected, 5.0 * j.energy_score.value.standard_error);
 }
 
+/// One run of 2,000 rows, errors drawn over σ, the variance of each row as given.
+Judgement one_run(const std::function<double()>& draw, const std::function<double(int)>& variance) {
+  const Matrix I = Matrix::Identity(2, 2);
+  int drawn = 0;
+  return judge(errors_of(I, I, 1, 2000, [&] { return std::sqrt(variance(drawn++ / 2)) * draw(); }));
+}
+
+// σ² goes up and down between 0.2 and 1.8 times P: heavy tails to the eye, and a P that is right on average.
+TEST(LawJudgement, AWaveOfOneRunIsNoHeavyTail) {
+  int waves = 0, tails = 0;
+  constexpr unsigned kStudies = 12;
+  for (unsigned i = 0; i < kStudies; ++i) {
+    const double period = i % 2 == 0 ? 40.0 : 500.0;
+    const auto wave = [period](int k) { return 1.0 + 0.8 * std::sin(2.0 * std::numbers::pi * k / period); };
+    waves += one_run(gaussian(100 + i), wave).word.verdict == Verdict::not_gaussian;
+    tails += one_run(heavy(200 + i), [](int) { return 1.0; }).word.verdict == Verdict::not_gaussian;
+  }
+  EXPECT_EQ(waves, 0);
+  EXPECT_GE(tails, 9);
+}
+
 TEST(LawJudgement, MergedIsTheSameAsAtOnce) {
   Evidence parts = synthetic_evidence(SyntheticFilter({}), NoiseSource(11, 3), 0, 64);
   parts.merge(synthetic_evidence(SyntheticFilter({}), NoiseSource(11, 3), 2, 64));

@@ -156,6 +156,8 @@ TEST(PlanarNormaliser, an_innovation_is_that_of_the_dense_solution_or_none) {
     EXPECT_NEAR(innovation.value, expected, 1e-8 * expected);
     EXPECT_NEAR(innovation.whitened.squaredNorm(), expected, 1e-8 * expected);
     EXPECT_EQ(innovation.nu, nu);
+    ASSERT_EQ(innovation.covariance.size(), m / 2);
+    EXPECT_EQ(innovation.covariance[m / 2 - 1], S(m - 1, m - 2));
     Vector variances(m);
     for (Index i = 0; i < m; ++i) variances[i] = i % 2 == 0 ? 0.25 : 0.01;
     const double share = lu.solve(Matrix(variances.asDiagonal())).trace() / static_cast<double>(m);

@@ -1,0 +1,131 @@
+#include "analysis/laws/correlation/modulation.h"
+
+#include <algorithm>
+#include <boost/math/special_functions/beta.hpp>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+#include <numeric>
+#include <unsupported/Eigen/FFT>
+#include <vector>
+
+#include "analysis/laws/correlation/thinned_series.h"
+#include "core/nan.h"
+
+namespace credence::internal {
+namespace {
+
+constexpr std::size_t kFewestFrequencies = 64, kOnEachSide = 16;
+
+/// The largest product of 2, 3 and 5 that is no larger.
+std::size_t quick_length(std::size_t n) {
+  for (;; --n) {
+    std::size_t rest = n;
+    for (const std::size_t factor : {std::size_t{2}, std::size_t{3}, std::size_t{5}}) {
+      while (rest > 1 && rest % factor == 0) rest /= factor;
+    }
+    if (rest <= 1) return n;
+  }
+}
+
+/// The places of the values by their size, between −½ and ½; of equal ones their mean.
+std::vector<double> ranks_of(std::span<const double> values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return values[i]; });
+  std::vector<double> ranks(values.size());
+  for (std::size_t from = 0, to = 0; from < order.size(); from = to) {
+    while (to < order.size() && values[order[to]] == values[order[from]]) ++to;
+    const double rank = 0.5 * static_cast<double>(from + to) / static_cast<double>(order.size()) - 0.5;
+    for (std::size_t i = from; i < to; ++i) ranks[order[i]] = rank;
+  }
+  return ranks;
+}
+
+/// |Σ u_k e^{−i ω k}|² at ω = 2π j/N, 0 < j < N/2.
+std::vector<double> periodogram_of(const std::vector<double>& u) {
+  Eigen::FFT<double> transform;
+  transform.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  std::vector<std::complex<double>> waves;
+  transform.fwd(waves, u);
+  std::vector<double> powers;
+  for (std::size_t j = 1; 2 * j < u.size(); ++j) powers.push_back(std::norm(waves[j]));
+  return powers;
+}
+
+double autocorrelation(const std::vector<double>& u, std::size_t lag) {
+  double product = 0.0, square = 0.0;
+  for (std::size_t k = 0; k < u.size(); ++k) {
+    square += u[k] * u[k];
+    if (k >= lag) product += u[k] * u[k - lag];
+  }
+  return product / square;
+}
+
+/// Divides by the spectrum of the short memory of the ranks.
+void whiten(const std::vector<double>& ranks, std::vector<double>& powers) {
+  constexpr double kClearly = 3.0, kLongest = 200.0;  // standard errors; over N
+  const auto n = static_cast<double>(ranks.size());
+  const double first = autocorrelation(ranks, 1);
+  if (!(first * std::sqrt(n) > kClearly)) return;
+  const double second = autocorrelation(ranks, 2), third = autocorrelation(ranks, 3);
+  const double rho = std::max(first, std::min((second + third) / (first + second), 1.0 - kLongest / n)),
+               a = first / rho;
+  for (std::size_t j = 0; j < powers.size(); ++j) {
+    const double omega = 2.0 * std::numbers::pi * static_cast<double>(j + 1) / n;
+    powers[j] /= 1.0 - a + a * (1.0 - rho * rho) / (1.0 - 2.0 * rho * std::cos(omega) + rho * rho);
+  }
+}
+
+double sum_of(std::span<const double> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+/// That the mean of k exponential values is so many times that of n others, or more.
+double upper_f(double ratio, double k, double n) { return boost::math::ibeta(n, k, n / (n + k * ratio)); }
+
+/// Of every frequency and those around it, but for its neighbours, into which a wave reaches.
+double wave_p_value(std::span<const double> powers) {
+  std::vector<double> sums(powers.size() + 1, 0.0);
+  std::partial_sum(powers.begin(), powers.end(), sums.begin() + 1);
+  const auto between = [&](std::size_t from, std::size_t to) { return sums[to] - sums[from]; };
+  double least = 1.0;
+  for (std::size_t j = 0; j < powers.size(); ++j) {
+    const std::size_t from = std::min(j - std::min(j, kOnEachSide), powers.size() - 2 * kOnEachSide - 1);
+    const std::size_t to = from + 2 * kOnEachSide + 1;
+    const std::size_t own = j - std::min<std::size_t>(j, 1), end = std::min(j + 2, powers.size());
+    const auto count = static_cast<double>(2 * kOnEachSide + 1 - (end - own));
+    const double around = (between(from, to) - between(own, end)) / count;
+    least = std::min(least, upper_f(powers[j] / around, 1.0, count));
+  }
+  return std::min(1.0, least * static_cast<double>(powers.size()));
+}
+
+/// Of the lowest frequencies and those above them.
+double slow_p_value(std::span<const double> powers) {
+  double least = 1.0, tests = 0.0;
+  for (const std::size_t k : {1U, 2U, 4U, 8U, 16U}) {
+    const std::size_t above = 4 * k + 16;
+    if (k + above > powers.size()) break;
+    const auto slow = static_cast<double>(k), others = static_cast<double>(above);
+    const double ratio = sum_of(powers.first(k)) / slow / (sum_of(powers.subspan(k, above)) / others);
+    least = std::min(least, upper_f(ratio, slow, others));
+    tests += 1.0;
+  }
+  return std::min(1.0, least * tests);
+}
+
+}  // namespace
+
+double modulation_p_value(std::span<const double> series) {
+  if (!std::ranges::all_of(series, [](double x) { return std::isfinite(x); })) return kNaN;
+  const std::vector<double> values = thinned(series).values;
+  if (values.size() < 2 * kFewestFrequencies) return kNaN;
+  const std::vector<double> ranks = ranks_of(std::span(values).first(quick_length(values.size())));
+  const bool varies = std::ranges::any_of(ranks, [](double rank) { return rank != 0.0; });
+  std::vector<double> powers = periodogram_of(ranks);
+  if (!varies || powers.size() < kFewestFrequencies) return kNaN;
+  whiten(ranks, powers);
+  return std::min(1.0, 2.0 * std::min(wave_p_value(powers), slow_p_value(powers)));
+}
+
+}  // namespace credence::internal

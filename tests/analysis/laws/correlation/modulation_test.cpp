@@ -1,0 +1,78 @@
+#include "analysis/laws/correlation/modulation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace credence::internal {
+namespace {
+
+/// Squares of two errors that are correlated in time by phi, their variance that of `of_step`, as NEES over
+/// its dof.
+std::vector<double> squares(std::uint64_t seed, int steps, double phi, double dof_of_t,
+                            const std::function<double(int)>& of_step) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::gamma_distribution<double> gamma(0.5 * dof_of_t, 2.0);
+  double e[2] = {normal(random), normal(random)};
+  std::vector<double> values;
+  for (int k = 0; k < steps; ++k) {
+    for (double& x : e) x = phi * x + std::sqrt(1.0 - phi * phi) * normal(random);
+    const double heavy = dof_of_t > 0.0 ? (dof_of_t - 2.0) / gamma(random) : 1.0;
+    values.push_back(0.5 * heavy * of_step(k) * (e[0] * e[0] + e[1] * e[1]));
+  }
+  return values;
+}
+
+int rejected(int studies, int steps, double phi, double dof_of_t, const std::function<double(int)>& of_step) {
+  int count = 0;
+  for (int i = 0; i < studies; ++i)
+    count +=
+        modulation_p_value(squares(static_cast<std::uint64_t>(i), steps, phi, dof_of_t, of_step)) <= 0.05;
+  return count;
+}
+
+// By five standard errors of a binomial law.
+TEST(Modulation, AShortMemoryIsNone) {
+  constexpr int kStudies = 200;
+  const auto constant = [](int) { return 1.0; };
+  for (const double phi : {0.0, 0.6, 0.9}) {
+    for (const double dof_of_t : {0.0, 5.0}) {
+      EXPECT_LE(rejected(kStudies, 2000, phi, dof_of_t, constant),
+                0.05 * kStudies + 5.0 * std::sqrt(0.05 * 0.95 * kStudies))
+          << phi << ' ' << dof_of_t;
+    }
+  }
+}
+
+TEST(Modulation, AWaveAndAStepAreSeen) {
+  constexpr int kStudies = 20;
+  for (const double phi : {0.0, 0.8}) {
+    for (const double period : {20.0, 200.0, 2000.0}) {
+      const auto wave = [period](int k) { return 1.0 + 0.7 * std::sin(2.0 * std::numbers::pi * k / period); };
+      EXPECT_GE(rejected(kStudies, 2000, phi, 0.0, wave), kStudies - 1) << phi << ' ' << period;
+    }
+    const auto step = [](int k) { return k < 700 ? 0.5 : 1.27; };
+    EXPECT_GE(rejected(kStudies, 2000, phi, 5.0, step), kStudies - 1) << phi;
+  }
+}
+
+TEST(Modulation, IsOfEveryScaleAndNoneOfFewOrEqualValues) {
+  const std::vector<double> values = squares(1, 300, 0.3, 5.0, [](int) { return 1.0; });
+  std::vector<double> scaled = values;
+  for (double& x : scaled) x = 7.0 * x * x;
+  EXPECT_EQ(modulation_p_value(scaled), modulation_p_value(values));
+  EXPECT_TRUE(std::isnan(modulation_p_value(std::vector<double>(300, 2.0))));
+  EXPECT_TRUE(std::isnan(modulation_p_value(std::span(values).first(120))));
+  EXPECT_TRUE(std::isnan(modulation_p_value({})));
+  scaled[7] = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(std::isnan(modulation_p_value(scaled)));
+}
+
+}  // namespace
+}  // namespace credence::internal
