@@ -41,6 +41,7 @@ struct Sensor {
   std::vector<bool> angles{};  ///< which components of a piece are angles (rad); empty: none
   /// νᵀS⁻¹ν alone is known, neither ν nor S: steps hold nis_alone().
   bool nis_alone = false;
+  bool variances_alone = false;  ///< of S the variances are known, and no covariances
 
   bool operator==(const Sensor&) const = default;
 };

@@ -185,7 +185,8 @@ class Pass {
   void one(Held<Block>& block) { (*this)(block.name, block.part, block.states); }
 
   void one(Held<Sensor>& sensor) {
-    (*this)(sensor.name, sensor.dim, sensor.piece, sensor.variances, sensor.angles, sensor.nis_alone);
+    (*this)(sensor.name, sensor.dim, sensor.piece, sensor.variances, sensor.angles, sensor.nis_alone,
+            sensor.variances_alone);
   }
 
   void one(Held<RunLayout>& layout) {

@@ -438,7 +438,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.claimed_sigma = context.claimed_sigma;
   for (const SensorSums& sensor : e.sensors) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
-    if (!e.joint_covariance) j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
+    if (sensor.sensor.variances_alone)
+      j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
   }
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
   const StretchAverages stretches = stretches_of(e, all);

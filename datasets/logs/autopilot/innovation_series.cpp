@@ -65,7 +65,6 @@ bool InnovationSeries::any_vector() const {
 void InnovationSeries::emit(LogSink& sink) const {
   RunLayout layout;
   layout.has_truth = false;
-  layout.joint_covariance = false;  // of S the variances alone
   std::vector<const SensorSeries*> speaking;
   std::int64_t steps = 0;
   for (const SensorSeries& s : sensors_) {
@@ -74,6 +73,7 @@ void InnovationSeries::emit(LogSink& sink) const {
     steps = std::max(steps, s.count());
     layout.sensors.push_back({.name = s.name, .dim = s.dim, .piece = s.dim});
     layout.sensors.back().nis_alone = s.nis_alone;
+    layout.sensors.back().variances_alone = s.dim > 1;
     if (s.angle) layout.sensors.back().angles = {true};
   }
   sink.begin_run(layout);

@@ -810,7 +810,7 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
 /// Innovations of three components, the first and the last of which are correlated, S = I.
 Judgement correlated_innovations(double correlation, int runs, int rows, unsigned seed, bool known = true) {
   RunLayout layout{.sensors = {{.name = "radar", .dim = 3, .piece = 3}}, .has_truth = false};
-  layout.joint_covariance = known;
+  layout.sensors.front().variances_alone = !known;
   EvidenceRecorder recorder(layout);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
