@@ -6,13 +6,11 @@
 #include <cstddef>
 #include <utility>
 
-#include "analysis/laws/chi_square/chi_square.h"
 #include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
 
-constexpr double kBeyondLevel = 1e-9;
 constexpr std::size_t kFewestToLose = 5, kMostOf = 4;
 constexpr std::int64_t kFewestLostRows = 10;
 constexpr double kBeyondMedian = 10.0, kOthersWrong = 2.0;
@@ -25,19 +23,6 @@ double median_of_runs(std::vector<double> values) {
 }
 
 }  // namespace
-
-RunCourse course_of(std::span<const double> nees, double least_dof) {
-  const double limit = chi_square_upper_quantile(kBeyondLevel, least_dof) / least_dof;
-  RunCourse course{.rows = std::ssize(nees)};
-  double sum = 0.0;
-  for (std::size_t k = 0; k < nees.size(); ++k) {
-    sum += nees[k];
-    if (!(nees[k] > limit)) continue;
-    if (course.beyond++ == 0) course.first = static_cast<std::int64_t>(k) + 1;
-  }
-  course.mean = sum / static_cast<double>(course.rows);
-  return course;
-}
 
 LostRuns find_lost_runs(std::span<const RunCourse> runs) {
   if (runs.size() < kFewestToLose) return {};

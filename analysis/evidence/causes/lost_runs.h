@@ -5,23 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/sums/run_course.h"
+
 /// @file
 /// Runs in which a filter lost its way while it held it in the others: whoever finds one run of twenty
 /// diverged wants to look at that run, and not to scale P.
 
 namespace credence::internal {
-
-/// How NEES of a run went over its rows.
-struct RunCourse {
-  double mean = 0.0;  ///< of NEES over its dof
-  std::int64_t rows = 0;
-  std::int64_t beyond = 0;  ///< rows with a NEES that no consistent filter has
-  std::int64_t first = 0;   ///< of them the first, from 1; 0: there is none
-};
-
-/// Of NEES over dof at every row, each of at least `least_dof`. Beyond is a row where a consistent filter is
-/// once in 10^9: in a thousand studies of 10^6 rows one is, however the rows depend on each other.
-RunCourse course_of(std::span<const double> nees, double least_dof);
 
 /// A run whose errors left P behind.
 struct LostRun {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/causes/lost_runs.h"
 #include "analysis/evidence/sums/law_sums.h"
+#include "analysis/evidence/sums/run_course.h"
 #include "analysis/evidence/sums/score_sums.h"
 #include "analysis/laws/correlation/coarse_series.h"
 #include "analysis/laws/correlation/lateness.h"

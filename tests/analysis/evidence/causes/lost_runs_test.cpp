@@ -34,16 +34,6 @@ LostRuns lost_of(std::span<const std::vector<double>> nees, double least_dof) {
   return find_lost_runs(runs);
 }
 
-TEST(LostRuns, ACourseCountsTheRowsThatNoConsistentFilterHas) {
-  // P(χ²₃ > x) = erfc √(x/2) + √(2x/π) e^(−x/2) is 1e-9 at 44.841, 14.947 for each dof.
-  const std::vector<double> nees = {1.0, 14.9, 15.0, 2.0, 30.0};
-  const RunCourse course = course_of(nees, 3.0);
-  EXPECT_EQ(course.rows, 5);
-  EXPECT_EQ(course.beyond, 2);
-  EXPECT_EQ(course.first, 3);
-  EXPECT_DOUBLE_EQ(course.mean, 62.9 / 5.0);
-}
-
 TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   auto nees = consistent_runs(20, 100, 3, 0.9, 1);
   for (std::size_t k = 50; k < 100; ++k) nees[7][k] += 60.0;
