@@ -96,8 +96,7 @@ void add_compare_command(CLI::App& app) {
   command
       ->add_option("results", options->results,
                    "folders of run or sweep --out, and documents of run, sweep or check --format json; the "
-                   "first is the "
-                   "reference")
+                   "first is the reference")
       ->required();
   command->add_option("--confidence", options->confidence, "of the interval of a paired difference")
       ->check(CLI::Range(kLeastConfidence, kMostConfidence))
@@ -110,7 +109,9 @@ void add_compare_command(CLI::App& app) {
       "credence compare out/a out/b --out out/compared",
       "credence check A.csv --format json > a.json    # and B.csv > b.json; then",
       "credence compare a.json b.json",
-      "credence compare out/sweep_a out/sweep_b    # configuration by configuration"};
+      ("credence sweep mistuned_sweep --out out/c && "
+       "credence sweep mistuned_sweep --set filter.process_scale=2.0 --out out/d"),
+      "credence compare out/c out/d    # configuration by configuration"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{compare(*options)}; });
 }

@@ -359,7 +359,7 @@ TEST_P(EveryFormat, FlightLogs) {
   ratios.format(
       "estimator_innovation_test_ratios:uint64_t timestamp;uint64_t timestamp_sample;float gps_vpos;");
   ratios.subscribe(1, 0, "estimator_innovation_test_ratios");
-  RunLayout sensors{.sensors = {{.name = "gnss", .dim = 3, .piece = 3}}};
+  RunLayout sensors{.sensors = {{.name = "gnss", .dim = 3, .piece = 3, .variances_alone = true}}};
   RunLayout alone{.sensors = {{.name = "gps_vpos", .dim = 1, .piece = 1, .nis_alone = true}}};
   sensors.has_truth = alone.has_truth = false;
   EvidenceRecorder sums(sensors), sums_alone(alone);

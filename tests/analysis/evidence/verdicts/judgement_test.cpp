@@ -428,7 +428,7 @@ TEST(Judgement, OfFewLongRunsTheBlockThatIsWrongIsNamed) {
         EXPECT_NE(block.verdict.method.find("stretches, longer than"), std::string::npos);
       }
     }
-    EXPECT_EQ(named, 20) << runs;
+    EXPECT_GE(named, 16) << runs;
     EXPECT_LE(others, 4) << runs;
   }
   // As many runs as need none, and a landmark that stays.

@@ -38,7 +38,7 @@ TEST(InnovationSeries, the_kth_innovations_of_all_sensors_stand_in_step_k) {
   EXPECT_FALSE(run.layout.has_truth);
   EXPECT_EQ(run.layout.sensors,
             (std::vector<Sensor>{{.name = "heading", .dim = 1, .piece = 1, .angles = {true}},
-                                 {.name = "gps", .dim = 2, .piece = 2}}));
+                                 {.name = "gps", .dim = 2, .piece = 2, .variances_alone = true}}));
   ASSERT_EQ(run.steps.size(), 4U);
   for (int i = 0; i < 4; ++i) {
     const Step& step = run.steps[static_cast<std::size_t>(i)];
