@@ -18,13 +18,17 @@ constexpr double kPowers[kMostPower + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  
                                             1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                             1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
+constexpr std::size_t place_of(int end, int before) {
+  return 16 * static_cast<std::size_t>(end) + static_cast<std::size_t>(before);
+}
+
 /// Of text that has `before` digits before its point and ends at `end` (end = before: it has no point), from
 /// which places its digits come when they are moved to the right end of sixteen; 0x80: from none.
 constexpr auto kPlaces = [] {
   std::array<std::array<std::uint8_t, 16>, 256> all{};
   for (int end = 0; end <= kMostCharacters; ++end) {
     for (int before = 0; before <= end; ++before) {
-      auto& places = all[static_cast<std::size_t>(16 * end + before)];
+      auto& places = all[place_of(end, before)];
       places.fill(0x80);
       for (int from = end - 1, to = 15; from >= 0; --from) {
         if (from != before) places[static_cast<std::size_t>(to--)] = static_cast<std::uint8_t>(from);
@@ -61,7 +65,7 @@ bool add_exponent(const char*& at, int& power) {
     const int behind = point ? end - before - 1 : 0;
     if (end > kMostCharacters || before + behind == 0) return at;
 
-    const auto& places = kPlaces[static_cast<std::size_t>(16 * end + before)];
+    const auto& places = kPlaces[place_of(end, before)];
     const __m128i right =
         _mm_shuffle_epi8(digits, _mm_loadu_si128(reinterpret_cast<const __m128i*>(places.data())));
     const __m128i pairs = _mm_maddubs_epi16(right, _mm_set1_epi16(0x010a));    // ten and one

@@ -188,8 +188,13 @@ std::int64_t Evidence::rejected_rows() const {
 BlockSums& Evidence::block(const Block& of) {
   const auto found = std::ranges::find(blocks, of.name, &BlockSums::name);
   if (found != blocks.end()) return *found;
-  return blocks.emplace_back(BlockSums{
-      .name = of.name, .part = of.part, .nees = {}, .runs = {}, .squared_error = {}, .claimed = {}});
+  return blocks.emplace_back(BlockSums{.name = of.name,
+                                       .part = of.part,
+                                       .nees = {},
+                                       .runs = {},
+                                       .few = {},
+                                       .squared_error = {},
+                                       .claimed = {}});
 }
 
 SensorSums& Evidence::sensor(const Sensor& of) {

@@ -78,7 +78,7 @@ void whiten(const std::vector<double>& ranks, std::vector<double>& powers) {
   }
 }
 
-double sum_of(std::span<const double> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+double total_of(std::span<const double> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
 /// That the mean of k exponential values is so many times that of n others, or more.
 double upper_f(double ratio, double k, double n) { return boost::math::ibeta(n, k, n / (n + k * ratio)); }
@@ -107,7 +107,7 @@ double slow_p_value(std::span<const double> powers) {
     const std::size_t above = 4 * k + 16;
     if (k + above > powers.size()) break;
     const auto slow = static_cast<double>(k), others = static_cast<double>(above);
-    const double ratio = sum_of(powers.first(k)) / slow / (sum_of(powers.subspan(k, above)) / others);
+    const double ratio = total_of(powers.first(k)) / slow / (total_of(powers.subspan(k, above)) / others);
     least = std::min(least, upper_f(ratio, slow, others));
     tests += 1.0;
   }
