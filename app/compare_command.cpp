@@ -29,14 +29,10 @@ struct CompareOptions : CommonOptions {
 /// Two results of one name, as of one scenario with other settings, are told apart by where they lie.
 void tell_apart(std::vector<ComparedStudy>& studies, const std::vector<std::string>& places) {
   std::map<std::pair<std::string, std::string>, int> times;  // by name and configuration
-  std::vector<std::string> names;
-  names.reserve(studies.size());
-  for (const ComparedStudy& study : studies) {
-    names.push_back(study.name);
-    ++times[{study.name, study.cell}];
-  }
+  for (const ComparedStudy& study : studies) ++times[{study.name, study.cell}];
   for (std::size_t i = 0; i < studies.size(); ++i) {
-    if (times[{names[i], studies[i].cell}] > 1) studies[i].name = fmt::format("{} ({})", names[i], places[i]);
+    ComparedStudy& study = studies[i];
+    if (times[{study.name, study.cell}] > 1) study.name = fmt::format("{} ({})", study.name, places[i]);
   }
 }
 

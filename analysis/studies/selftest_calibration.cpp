@@ -237,39 +237,24 @@ void calibrate_sweep(const SelftestOptions& options, SelftestWorkers& workers, S
   }
 }
 
-void calibrate_single_runs(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
-  const NoiseSource noise(options.seed, SelftestNoise::kSingleRuns);
+/// A test of long runs of one kind, by its p-values of each block of them.
+template <std::size_t kStudies>
+void calibrate_long_runs(std::array<double, kStudies> (*p_values)(const NoiseSource&, std::int64_t),
+                         std::uint64_t group, const char* name, Exactness exactness,
+                         const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
+  const NoiseSource noise(options.seed, group);
   const std::int64_t blocks = single_run_blocks(options);
-  std::vector<std::array<double, SyntheticFilter::kRuns>> all(static_cast<std::size_t>(blocks));
+  std::vector<std::array<double, kStudies>> all(static_cast<std::size_t>(blocks));
   workers.for_each(
-      blocks,
-      [&](std::int64_t block) { all[static_cast<std::size_t>(block)] = single_run_p_values(noise, block); },
+      blocks, [&](std::int64_t block) { all[static_cast<std::size_t>(block)] = p_values(noise, block); },
       all);
   for (const double level : kLevels) {
     std::int64_t alarms = 0;
     for (const auto& block : all) {
       alarms += std::count_if(block.begin(), block.end(), [&](double p) { return is_alarm(p, level); });
     }
-    result.calibration.push_back({"NEES of one long run, effective sample size", Exactness::approximate,
-                                  level, share_of(alarms, blocks * SyntheticFilter::kRuns)});
-  }
-}
-
-void calibrate_agreement(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
-  const NoiseSource noise(options.seed, SelftestNoise::kAgreement);
-  const std::int64_t blocks = single_run_blocks(options);
-  std::vector<std::array<double, SyntheticFilter::kRuns / 4>> all(static_cast<std::size_t>(blocks));
-  workers.for_each(
-      blocks,
-      [&](std::int64_t block) { all[static_cast<std::size_t>(block)] = agreement_p_values(noise, block); },
-      all);
-  for (const double level : kLevels) {
-    std::int64_t alarms = 0;
-    for (const auto& block : all) {
-      alarms += std::count_if(block.begin(), block.end(), [&](double p) { return is_alarm(p, level); });
-    }
-    result.calibration.push_back({"agreement of the time offsets of four logs", Exactness::conservative,
-                                  level, share_of(alarms, blocks * SyntheticFilter::kRuns / 4)});
+    const auto studies = blocks * static_cast<std::int64_t>(kStudies);
+    result.calibration.push_back({name, exactness, level, share_of(alarms, studies)});
   }
 }
 
@@ -287,8 +272,12 @@ void calibrate(const SelftestOptions& options, SelftestWorkers& workers, Selftes
   calibrate_comparisons(options, workers, result);
   calibrate_looks(options, workers, result);
   calibrate_sweep(options, workers, result);
-  calibrate_single_runs(options, workers, result);
-  calibrate_agreement(options, workers, result);
+  calibrate_long_runs(single_run_p_values, SelftestNoise::kSingleRuns,
+                      "NEES of one long run, effective sample size", Exactness::approximate, options, workers,
+                      result);
+  calibrate_long_runs(agreement_p_values, SelftestNoise::kAgreement,
+                      "agreement of the time offsets of four logs", Exactness::conservative, options, workers,
+                      result);
 }
 
 }  // namespace credence::internal

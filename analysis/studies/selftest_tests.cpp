@@ -6,7 +6,6 @@
 #include "analysis/evidence/sequential/sequential_e_value.h"
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/mean/hall_score.h"
-#include "analysis/laws/shape/tail_weight.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -44,16 +43,6 @@ double score_p_value(const ScoreMoments& score) {
                              [&](double confidence) { return hall_interval(score.value, confidence); });
 }
 
-double far_nis_p_value(const Evidence& e) {
-  double smallest = kNaN, sensors = 0.0;
-  for (const SensorSums& sensor : e.sensors) {
-    if (sensor.far_tail.total == 0) continue;
-    sensors += 1.0;
-    smallest = std::fmin(smallest, far_tail_p_value(sensor.far_tail, SensorSums::kFarTail));
-  }
-  return sensors * smallest;
-}
-
 }  // namespace
 
 JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, double confidence) {
@@ -79,7 +68,7 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
   };
   conservative("errors by claimed σ, Holm", smallest_adjusted(c.bins));
   conservative("NEES by distance, Holm", smallest_adjusted(c.distance));
-  conservative("NIS far out", far_nis_p_value(e));
+  conservative("NIS far out", j.law.gaussianity.far_nis_p_value);
   conservative("interval of the log score", score_p_value(e.scores.log));
   conservative("interval of the energy score", score_p_value(e.scores.energy));
   const StudyStatistics& s = e.study;

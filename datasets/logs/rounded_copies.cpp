@@ -142,11 +142,9 @@ CopiedRuns RoundedCopies::found(const std::function<std::string(std::size_t run)
   const Pair& pair = all.front();
   copied.says = fmt::format(
       "{} has, in all rows that were looked at of the {} it shares, the errors of {}, but for {:.2g} of "
-      "their "
-      "size or less{}: if it is a copy that was rounded, was given a little noise or is in another format, "
-      "it "
-      "is no independent run, and counted twice. Independent runs agree so by chance, and where no noise "
-      "drives them.",
+      "their size or less{}: if it is a copy that was rounded, was given a little noise or is in another "
+      "format, it is no independent run, and counted twice. Independent runs agree so by chance, and where "
+      "no noise drives them.",
       name(pair.run), pair.rows, name(pair.other), pair.largest,
       all.size() == 1   ? ""
       : all.size() == 2 ? ", and so has one more run those of another"

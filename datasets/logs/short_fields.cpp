@@ -6,6 +6,9 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+
+#include "core/simd/cpu_dispatch.h"
+#include "datasets/logs/short_number.h"
 #endif
 
 namespace credence::internal {
@@ -13,10 +16,7 @@ namespace credence::internal {
 #if defined(__x86_64__)
 namespace {
 
-constexpr int kMostCharacters = 15, kMostPower = 22;
-constexpr double kPowers[kMostPower + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                            1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                            1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+constexpr int kMostCharacters = 15;
 
 constexpr std::size_t place_of(int end, int before) {
   return 16 * static_cast<std::size_t>(end) + static_cast<std::size_t>(before);
@@ -78,10 +78,8 @@ bool add_exponent(const char*& at, int& power) {
     int power = -behind;
     if ((*next == 'e' || *next == 'E') && !add_exponent(++next, power)) return at;
     if (*next != ',' && next != line_end) return at;
-    if (power < -kMostPower || power > kMostPower) return at;
-    const auto whole = static_cast<double>(static_cast<std::int64_t>(number));
-    const double value = power <= 0 ? whole / kPowers[-power] : whole * kPowers[power];
-    fields[count++] = negative ? -value : value;
+    if (power < -kMostTens || power > kMostTens) return at;
+    fields[count++] = times_tens(number, power, negative);
     at = next + 1;
     if (next == line_end) return at;
   }
@@ -92,7 +90,7 @@ bool add_exponent(const char*& at, int& power) {
 
 const char* read_short_fields(const char* at, const char* line_end, std::span<double> fields,
                               std::size_t& count) {
-  static const bool can = __builtin_cpu_supports("sse4.1");
+  static const bool can = best_instruction_set() != InstructionSet::scalar;
   return can ? read_by_sixteen(at, line_end, fields, count) : at;
 }
 

@@ -33,6 +33,18 @@ inline const char* add_digits(const char* at, std::uint64_t& number) {
   return at + count;
 }
 
+/// The most tens that times_tens takes.
+inline constexpr int kMostTens = 22;
+
+/// ± number · 10^tens, of a number up to 2⁵³ the nearest double: both factors are exact [Clinger 1990].
+inline double times_tens(std::uint64_t number, std::ptrdiff_t tens, bool negative) {
+  static constexpr double kTens[kMostTens + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                  1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                  1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  const auto whole = static_cast<double>(static_cast<std::int64_t>(number));
+  return std::copysign(tens < 0 ? whole / kTens[-tens] : whole * kTens[tens], negative ? -1.0 : 1.0);
+}
+
 /// Reads a number that is short: of at most 2⁵³ without its point, times a power of ten that a double holds,
 /// so that one multiplication or division gives the nearest double [Clinger 1990], as std::from_chars does in
 /// more time.
@@ -42,10 +54,6 @@ inline const char* add_digits(const char* at, std::uint64_t& number) {
 inline const char* read_short_number(const char* first, const char* last, double& value) {
   constexpr std::ptrdiff_t kMostDigits = 19;
   constexpr std::uint64_t kMostExact = std::uint64_t{1} << 53;
-  constexpr int kMostTens = 22;
-  static constexpr double kTens[kMostTens + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                  1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                                  1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
   if (std::endian::native != std::endian::little) return nullptr;
   const bool negative = *first == '-';
   const char *const begin = first + (negative ? 1 : 0), *at = begin;
@@ -70,8 +78,7 @@ inline const char* read_short_number(const char* first, const char* last, double
     at = end;
   }
   if (tens < -kMostTens || tens > kMostTens || at > last || (*at >= '0' && *at <= '9')) return nullptr;
-  const auto whole = static_cast<double>(static_cast<std::int64_t>(number));
-  value = std::copysign(tens < 0 ? whole / kTens[-tens] : whole * kTens[tens], negative ? -1.0 : 1.0);
+  value = times_tens(number, tens, negative);
   return at;
 }
 

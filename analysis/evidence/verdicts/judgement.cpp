@@ -37,26 +37,23 @@ SkewedMoments averages_compared(const Evidence& e, const StretchAverages& stretc
   return e.whole_runs.nees.size() > 1 ? stretches.averages : SkewedMoments{};
 }
 
-/// These averages of stretches, which are compared where the runs are too few.
-RunAverages in_place_of(const RunAverages& runs, const SkewedMoments& averages) {
-  return {.moments = averages, .first = {}, .least_dof = runs.least_dof};
-}
-
-std::string method_of_stretches(const RunAverages& runs, const SkewedMoments& averages) {
+/// What `judge` says of these runs; of a few long ones the averages of their stretches are compared.
+template <class Judge>
+ConsistencyVerdict judge_runs(const RunAverages& runs, const SkewedMoments& averages, const Judge& judge) {
+  if (averages.count == 0) return judge(runs);
+  ConsistencyVerdict v = judge(RunAverages{.moments = averages, .first = {}, .least_dof = runs.least_dof});
   const std::int64_t count = runs.moments.count;
-  return fmt::format("; of {} {} stretches, longer than ten correlation times each",
-                     count == 1 ? "the run its" : fmt::format("{} runs their", count), averages.count);
+  v.method += fmt::format("; of {} {} stretches, longer than ten correlation times each",
+                          count == 1 ? "the run its" : fmt::format("{} runs their", count), averages.count);
+  return v;
 }
 
-/// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.
+/// Of the whole state.
 ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, const SkewedMoments& averages,
                                double confidence) {
   const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
-  if (averages.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
-  const RunAverages of_stretches = in_place_of(s.nees_of_runs, averages);
-  ConsistencyVerdict v = judge_state(e, nees, confidence, &of_stretches);
-  v.method += method_of_stretches(s.nees_of_runs, averages);
-  return v;
+  return judge_runs(s.nees_of_runs, averages,
+                    [&](const RunAverages& runs) { return judge_state(e, nees, confidence, &runs); });
 }
 
 /// The verdict on the NIS of one sensor.
@@ -103,11 +100,9 @@ ConsistencyVerdict judge_block(const BlockSums& block, const StepSeries& nees, b
   SkewedMoments averages;
   if (of_stretches && std::ssize(block.few) == block.runs.moments.count)
     averages = stretch_averages(averages_alike(block.few)).averages;
-  if (averages.count == 0) return judge_nees(nees.moments, nees.dof, confidence, &block.runs);
-  const RunAverages stretches = in_place_of(block.runs, averages);
-  ConsistencyVerdict v = judge_nees(nees.moments, nees.dof, confidence, &stretches);
-  v.method += method_of_stretches(block.runs, averages);
-  return v;
+  return judge_runs(block.runs, averages, [&](const RunAverages& runs) {
+    return judge_nees(nees.moments, nees.dof, confidence, &runs);
+  });
 }
 
 void judge_blocks(const Evidence& e, const JudgementContext& context, bool of_stretches, Judgement& j) {

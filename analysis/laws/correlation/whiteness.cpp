@@ -12,6 +12,7 @@
 #include "analysis/laws/require.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
+#include "core/simd/cpu_dispatch.h"
 
 namespace credence::internal {
 namespace {
@@ -65,7 +66,7 @@ constexpr Index kMostUsed = 21;  // lags 0 to 20
 void add_products(const Lags& lags, const double* u) {
   if (lags.count != kMostUsed) return add_products<0>(lags, u);
 #if defined(__x86_64__)
-  static const bool wide = __builtin_cpu_supports("avx2");
+  static const bool wide = best_instruction_set() != InstructionSet::scalar;
   if (wide) return add_products_avx2(lags, u);
 #endif
   add_products<kMostUsed>(lags, u);

@@ -12,6 +12,7 @@
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/mean/ratio_of_factors.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -22,18 +23,17 @@ namespace {
 struct MeanOfPart {
   std::string name;
   std::string_view on;
-  double factor = 0.0, lower = 0.0, upper = 0.0;
-  double quantile = 0.0;  ///< standard deviations of a Gaussian at the level of the bounds
+  FactorInterval interval{};
 };
 
 void add_part(MeanOfPart part, double mean, double expected, const ChiSquareBounds& bounds, double confidence,
               bool single_test, std::vector<MeanOfPart>& parts) {
-  part.factor = mean / expected;
-  part.lower = mean / bounds.upper;
-  part.upper = mean / bounds.lower;
-  if (!(part.lower > 0.0 && part.upper < HUGE_VAL && part.factor > 0.0)) return;
   const double alpha = 1.0 - confidence;
-  part.quantile = std::sqrt(chi_square_upper_quantile(single_test ? alpha : 0.5 * alpha, 1.0));
+  part.interval = {.factor = mean / expected,
+                   .lower = mean / bounds.upper,
+                   .upper = mean / bounds.lower,
+                   .quantile = std::sqrt(chi_square_upper_quantile(single_test ? alpha : 0.5 * alpha, 1.0))};
+  if (!part.interval.is_known()) return;
   parts.push_back(std::move(part));
 }
 
@@ -74,24 +74,14 @@ std::vector<MeanOfPart> means_of(const Json& document) {
   return parts;
 }
 
-/// The ratio of two factors from their intervals [Zou 2008]; the logs may have met the same noise, which
-/// makes it wider than it need be.
 FactorChange change_of(const MeanOfPart& second, const MeanOfPart& first, double confidence) {
-  const double step = std::log(second.factor / first.factor);
-  const auto deviation = [](double ratio, const MeanOfPart& part) { return std::log(ratio) / part.quantile; };
-  const double down = std::hypot(deviation(second.factor / second.lower, second),
-                                 deviation(first.upper / first.factor, first)),
-               up = std::hypot(deviation(second.upper / second.factor, second),
-                               deviation(first.factor / first.lower, first));
-  const double z = std::sqrt(chi_square_upper_quantile(1.0 - confidence, 1.0));
-  const double score = step / (step > 0.0 ? down : up);
-  return {
-      .part = second.name,
-      .on = second.on,
-      .ratio = {.mean = std::exp(step), .lower = std::exp(step - z * down), .upper = std::exp(step + z * up)},
-      .before = first.factor,
-      .after = second.factor,
-      .p_value = std::isnan(score) ? 1.0 : std::erfc(std::abs(score) / std::sqrt(2.0))};
+  const RatioOfFactors r = ratio_of_factors(second.interval, first.interval, confidence);
+  return {.part = second.name,
+          .on = second.on,
+          .ratio = r.ratio,
+          .before = first.interval.factor,
+          .after = second.interval.factor,
+          .p_value = r.p_value};
 }
 
 std::string names_of(const std::vector<MeanOfPart>& parts) {

@@ -12,6 +12,7 @@
 
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/hall_score.h"
+#include "analysis/laws/mean/ratio_of_factors.h"
 #include "analysis/laws/normal_quantile.h"
 #include "core/append_item.h"
 #include "core/nan.h"
@@ -80,28 +81,20 @@ std::string mean_interval_text(const MeanInterval& i) {
 
 Json mean_json(const ComparedMean& m) { return {{"mean", m.mean}, {"expected", m.expected}}; }
 
+FactorInterval interval_of(const ComparedStudy& study) {
+  const MeanInterval& f = study.factor;
+  return {f.mean, f.lower, f.upper, normal_quantile_two_sided(study.confidence)};
+}
+
 /// Of one configuration of sweeps; nothing where a factor has no interval.
 std::optional<FactorChange> change_of_cells(const ComparedStudy& after, const ComparedStudy& before,
                                             double confidence) {
-  const MeanInterval &second = after.factor, &first = before.factor;
-  const auto is_known = [](const MeanInterval& f) {
-    return f.lower > 0.0 && f.upper < HUGE_VAL && f.mean > 0.0;
-  };
-  if (!is_known(first) || !is_known(second) || std::isnan(after.confidence + before.confidence)) return {};
-  const double of_second = normal_quantile_two_sided(after.confidence),
-               of_first = normal_quantile_two_sided(before.confidence);
-  const double step = std::log(second.mean / first.mean);
-  const double down = std::hypot(std::log(second.mean / second.lower) / of_second,
-                                 std::log(first.upper / first.mean) / of_first),
-               up = std::hypot(std::log(second.upper / second.mean) / of_second,
-                               std::log(first.mean / first.lower) / of_first);
-  const double z = normal_quantile_two_sided(confidence), score = step / (step > 0.0 ? down : up);
+  if (std::isnan(after.confidence + before.confidence)) return {};
+  const FactorInterval second = interval_of(after), first = interval_of(before);
+  if (!second.is_known() || !first.is_known()) return {};
+  const RatioOfFactors r = ratio_of_factors(second, first, confidence);
   return FactorChange{
-      .part = "NEES",
-      .ratio = {.mean = std::exp(step), .lower = std::exp(step - z * down), .upper = std::exp(step + z * up)},
-      .before = first.mean,
-      .after = second.mean,
-      .p_value = std::isnan(score) ? 1.0 : std::erfc(std::abs(score) / std::sqrt(2.0))};
+      .part = "NEES", .ratio = r.ratio, .before = first.factor, .after = second.factor, .p_value = r.p_value};
 }
 
 ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {

@@ -101,10 +101,8 @@ ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::ve
   }
   table.notes.push_back(
       fmt::format("differs: NEES over dof, this one minus that of the first sweep, run by run under the same "
-                  "noise (by), or "
-                  "the factor on P over that of the first (times), with its interval at {:g} %; p: of no "
-                  "difference, Holm "
-                  "over all configurations.",
+                  "noise (by), or the factor on P over that of the first (times), with its interval at {:g} "
+                  "%; p: of no difference, Holm over all configurations.",
                   100.0 * confidence));
   const auto alone = static_cast<std::size_t>(std::ranges::count_if(
       studies, [&](const ComparedStudy& study) { return study.of_sweep != studies.front().of_sweep; }));

@@ -280,7 +280,7 @@ TEST(EstimatorStudy, OfAllEstimatorsThoseThatRefuseTheScenarioAreLeftOut) {
   EXPECT_EQ(study.rows[0].name, "kalman");
   const auto smoother = std::ranges::find(study.left_out, "smoother", &LeftOutEstimator::name);
   ASSERT_NE(smoother, study.left_out.end());
-  EXPECT_THAT(smoother->reason, testing::HasSubstr("needs every measurement"));
+  EXPECT_THAT(smoother->reason, ::testing::HasSubstr("needs every measurement"));
   EXPECT_THROW(study_estimators(misses, {.estimators = {"kalman", "smoother"}}), std::invalid_argument);
 }
 

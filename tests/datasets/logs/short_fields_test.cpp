@@ -1,17 +1,15 @@
 #include "datasets/logs/short_fields.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "datasets/logs/short_number.h"
+#include "tests/datasets/logs/number_texts.h"
 
 namespace credence::internal {
 namespace {
@@ -90,16 +88,7 @@ TEST(ShortFields, AreReadAsByTheLibrary) {
                            "1:2",
                            "1/2"})
     EXPECT_FALSE(expect_as_by_library(text)) << text;
-  std::mt19937_64 bits(3);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> decades(-25.0, 25.0);
-  for (int i = 0; i < 2000; ++i) {
-    const double number = normal(bits) * std::pow(10.0, i % 2 == 0 ? 0.0 : decades(bits));
-    for (const int digits : {1, 4, 9, 12, 15, 17})
-      expect_as_by_library(fmt::format("{:.{}g}", number, digits));
-    expect_as_by_library(fmt::format("{:.6f}", number));
-    expect_as_by_library(fmt::format("{:.8e}", number));
-  }
+  for (const std::string& text : testing::number_texts()) expect_as_by_library(text);
 }
 
 TEST(ShortFields, StopWhereThereIsNoRoomAndAtWhatIsLeftToOthers) {
