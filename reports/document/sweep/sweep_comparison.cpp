@@ -52,13 +52,14 @@ ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence
   if (cells.empty())
     return {CellTone::caution,
             "Nothing can be compared: no configuration of one has the swept values of another"};
+  constexpr std::size_t kNamed = 3;
   std::size_t nearer = 0, farther = 0;
   std::string where;
   for (const ComparedCell& cell : cells) {
     if (cell.adjusted > 1.0 - confidence) continue;
     if (!(distance(*cell.after) > distance(*cell.before))) {
       ++nearer;
-    } else if (++farther <= 3) {
+    } else if (++farther <= kNamed) {
       append_item(where, cell.after->cell, "; ");
     }
   }
@@ -71,7 +72,8 @@ ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence
       farther > 0 ? CellTone::caution : CellTone::good,
       fmt::format("Of {} configurations {} differ{} by more than chance: {} nearer to right, {} farther{}{}",
                   cells.size(), differ, differ == 1 ? "s" : "", nearer, farther,
-                  where.empty() ? "" : ": " + where, farther > 3 ? "; …" : "")};
+                  where.empty() ? "" : ": " + where,
+                  farther > kNamed ? fmt::format(" and {} more", farther - kNamed) : "")};
 }
 
 std::string factor_text(const ComparedStudy& study) {

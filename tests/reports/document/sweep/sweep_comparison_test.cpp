@@ -32,5 +32,16 @@ TEST(SweepComparison, TellsWhichConfigurationsDiffer) {
             "Of 2 configurations 1 differs by more than chance: 0 nearer to right, 1 farther: a = 2");
 }
 
+TEST(SweepComparison, NamesThreeAndCountsTheOthers) {
+  std::vector<ComparedStudy> studies;
+  for (const std::int64_t sweep : {0, 1}) {
+    for (const char* name : {"1", "2", "3", "4", "5"})
+      studies.push_back(cell(sweep, name, sweep == 0 ? 1.0 : 2.0));
+  }
+  EXPECT_EQ(
+      sweep_comparison_document(studies, 0.95).answer.text,
+      "Of 5 configurations 5 differ by more than chance: 0 nearer to right, 5 farther: 1; 2; 3 and 2 more");
+}
+
 }  // namespace
 }  // namespace credence::internal
