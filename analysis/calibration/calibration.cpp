@@ -21,24 +21,42 @@
 namespace credence::internal {
 namespace {
 
+/// What is independent.
+struct Units {
+  std::string name;  ///< "runs", "stretches", or "" of none
+  std::vector<const CalibrationSum*> sums;
+  std::vector<CalibrationSum> tenths{};  ///< that `sums` are, where they are no runs or stretches themselves
+};
+
 using UnitSums = std::vector<const CalibrationSum*>;
 
 constexpr std::string_view kTooFew = "fewer than five units";
 
-/// Runs where there are enough, else the stretches of all; nothing where some run has none.
-UnitSums units_of(std::span<const CalibrationRun> runs, std::string& name) {
-  UnitSums units;
+/// Runs where there are enough, else the stretches of all: of one run as many as there are, of several their
+/// tenths; nothing where some run has none.
+Units units_of(std::span<const CalibrationRun> runs, bool only_tenths = false) {
+  Units units;
   if (std::ssize(runs) >= kFewestRunsCompared) {
-    name = "runs";
-    for (const CalibrationRun& run : runs) units.push_back(&run.whole);
+    units.name = "runs";
+    for (const CalibrationRun& run : runs) units.sums.push_back(&run.whole);
     return units;
   }
   const auto whole = [](const CalibrationRun& run) { return !run.stretches.empty(); };
   if (runs.empty() || !std::ranges::all_of(runs, whole)) return units;
-  name = "stretches";
-  for (const CalibrationRun& run : runs) {
-    for (const CalibrationSum& stretch : run.stretches) units.push_back(&stretch);
+  units.name = "stretches";
+  if (runs.size() == 1 && !only_tenths) {
+    for (const CalibrationSum& stretch : runs.front().stretches) units.sums.push_back(&stretch);
+    return units;
   }
+  for (const CalibrationRun& run : runs) {
+    for (std::size_t s = 0; s < run.stretches.size(); ++s) {
+      if (s % (run.stretches.size() / CalibrationRun::kTenths) == 0)
+        units.tenths.push_back(run.stretches[s]);
+      else
+        units.tenths.back().merge(run.stretches[s]);
+    }
+  }
+  for (const CalibrationSum& tenth : units.tenths) units.sums.push_back(&tenth);
   return units;
 }
 
@@ -286,7 +304,9 @@ std::string state_name(std::span<const std::string> states, Index state) {
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
                               std::span<const std::string> states, double confidence) {
   Calibration result;
-  const UnitSums units = units_of(runs, result.units);
+  Units of_runs = units_of(runs);
+  const UnitSums& units = of_runs.sums;
+  result.units = std::move(of_runs.name);
   result.unit_count = std::ssize(units);
   result.confidence = confidence;
   result.conformal = conformal_factor(runs);
@@ -320,10 +340,12 @@ Calibration judge_calibration(CalibrationRecorder& recorder, double confidence) 
 
 UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts) {
   UnitFactors result;
-  const UnitSums units = units_of(runs, result.units);
+  Units of_runs = units_of(runs, true);
+  const UnitSums& units = of_runs.sums;
+  result.units = std::move(of_runs.name);
   for (const CalibrationRun& run : runs) {
     if (result.units == "runs") result.names.push_back(run.name);
-    for (std::size_t s = 0; result.units == "stretches" && s < run.stretches.size(); ++s)
+    for (std::size_t s = 0; result.units == "stretches" && s < CalibrationRun::kTenths; ++s)
       result.names.push_back(fmt::format("{} {}", run.name, s + 1));
   }
   result.parts = {"NEES"};

@@ -15,9 +15,10 @@
 /// @file
 /// Where P lies, by how much, and what would mend it, judged on runs that were left out.
 ///
-/// Units are whole runs, from five on; of fewer runs their stretches, ten of each, longer than ten
-/// correlation times of NEES, where no error stays as it is (LawSums::errors_stand). Every mean over units
-/// takes the tests of run_mean.h, which need neither a Gaussian law nor independence in time.
+/// Units are whole runs, from five on; of fewer runs their stretches, ten of each, and of a single one twenty
+/// where it is long enough, longer than ten correlation times of NEES, where no error stays as it is
+/// (LawSums::errors_stand). Every mean over units takes the tests of run_mean.h, which need neither a
+/// Gaussian law nor independence in time.
 
 namespace credence::internal {
 
@@ -119,7 +120,8 @@ struct FactorChange {
   double adjusted = 0.0;      ///< Holm over the parts
 };
 
-/// Factors of one log, unit by unit, as the documents of `check` hold them.
+/// Factors of one log, unit by unit, as the documents of `check` hold them; of stretches always tenths, so
+/// that those of two logs are of the same rows.
 struct UnitFactors {
   std::string units;                         ///< "runs" or "stretches"
   std::vector<std::string> names;            ///< of the units

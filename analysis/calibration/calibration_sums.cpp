@@ -9,6 +9,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/correlation/thinned_series.h"
 #include "analysis/laws/mean/effective_sample.h"
+#include "analysis/laws/mean/run_mean.h"
 #include "core/linear_algebra/squared_norm.h"
 #include "core/record/take_block.h"
 
@@ -270,6 +271,21 @@ void CalibrationRecorder::add_parts(const Row& row, CalibrationSum& sum) {
   }
 }
 
+void CalibrationRecorder::add_stretches() {
+  constexpr double kShortestStretch = 10.0;                           // in correlation times
+  const std::size_t groups = open_groups_ / CalibrationRun::kTenths;  // of a tenth
+  const auto suffice = [&](std::size_t of_stretch) {
+    const double rows = static_cast<double>(of_stretch) * static_cast<double>(rows_per_group_);
+    return of_stretch > 0 && rows >= kShortestStretch * run_.correlation_time;
+  };
+  if (!suffice(groups)) return;
+  const std::size_t halves = suffice(groups / 2) ? 2 : 1, count = halves * CalibrationRun::kTenths;
+  for (std::size_t s = 0; s < count; ++s) {
+    CalibrationSum& stretch = run_.stretches.emplace_back();
+    for (std::size_t g = s * groups / halves; g < (s + 1) * groups / halves; ++g) stretch.merge(groups_[g]);
+  }
+}
+
 void CalibrationRecorder::close_run() {
   if (!std::exchange(open_, false) || nees_.empty()) return;
   const double n = static_cast<double>(layout_.states.size());
@@ -281,15 +297,7 @@ void CalibrationRecorder::close_run() {
     const double time = series.rows_per_value * sample.correlation_time;
     run_.correlation_time = time;
     run_.effective_rows = unbiased_size(static_cast<double>(run_.whole.rows), time);
-    const std::size_t groups = open_groups_ / CalibrationRun::kStretches;
-    const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);
-    if (groups > 0 && length >= 10.0 * time) {
-      for (std::size_t s = 0; s < CalibrationRun::kStretches; ++s) {
-        CalibrationSum stretch;
-        for (std::size_t g = 0; g < groups; ++g) stretch.merge(groups_[s * groups + g]);
-        run_.stretches.push_back(std::move(stretch));
-      }
-    }
+    if (std::ssize(runs_) + 1 < kFewestRunsCompared) add_stretches();
   }
   constexpr double kCovered = 0.95;
   const auto place = static_cast<std::size_t>(std::ceil(kCovered * static_cast<double>(nees_.size()))) - 1;

@@ -44,14 +44,15 @@ struct CalibrationSum {
 
 /// What a run leaves behind.
 struct CalibrationRun {
-  static constexpr std::size_t kStretches = 10;
+  static constexpr std::size_t kTenths = 10;
 
   std::string name;  ///< of its file, with its number where the file holds several
   CalibrationSum whole;
-  std::vector<CalibrationSum> stretches{};  ///< ten equal ones; none where one is shorter than ten
-                                            ///< correlation times of NEES
-  double correlation_time = 1.0;            ///< of its NEES, in rows
-  double effective_rows = 1.0;              ///< independent rows that its NEES is worth; at least 1
+  /// Its tenths, or the halves of these, the shorter ones, as far as each is longer than ten correlation
+  /// times of NEES; else none. Not of a run behind the first few, of which stretches are never looked at.
+  std::vector<CalibrationSum> stretches{};
+  double correlation_time = 1.0;  ///< of its NEES, in rows
+  double effective_rows = 1.0;    ///< independent rows that its NEES is worth; at least 1
   /// The factor on P with which 95 % of the rows lie in their 95 % ellipsoid: the quantile of NEES /
   /// χ²₀.₉₅(n).
   double coverage_factor = 0.0;
@@ -99,6 +100,8 @@ class CalibrationRecorder {
 
  private:
   void close_run();
+  /// Of the run at hand.
+  void add_stretches();
   CalibrationSum& group_at_hand();
   /// An error of all states, its P = L Lᵀ, and eᵀ P⁻¹ e.
   struct Row {

@@ -13,7 +13,7 @@
 #include "analysis/evidence/verdicts/accuracy.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/hall_score.h"
-#include "analysis/laws/mean/student_positive_mean.h"
+#include "analysis/laws/scores/rmse_interval.h"
 #include "analysis/stability/observability_stack.h"
 #include "core/nan.h"
 #include "core/stop_point.h"
@@ -209,16 +209,6 @@ Band band_of(std::vector<Value>& values) {
     band[i] = (1.0 - share) * static_cast<double>(values[below]) + share * static_cast<double>(values[above]);
   }
   return band;
-}
-
-/// The mean of squared errors may be as far above as either score lets it: the cube root alone is short
-/// there.
-MeanInterval mean_square_interval(const SkewedMoments& squares, double confidence) {
-  MeanInterval interval =
-      positive_mean_interval({.count = squares.count, .mean = squares.mean, .m2 = squares.m2}, confidence);
-  if (interval.reason.empty())
-    interval.upper = std::max(interval.upper, hall_interval(squares, confidence).upper);
-  return interval;
 }
 
 MeanInterval root_of(MeanInterval squared) {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "analysis/evidence/verdicts/word.h"
+#include "analysis/laws/correlation/modulation.h"
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/effective_sample.h"
@@ -148,16 +150,27 @@ std::vector<std::vector<double>> autoregressions(const NoiseSource& noise, std::
   return runs;
 }
 
-}  // namespace
-
-std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block) {
+/// Of each run, whose NEES are the squares of an autoregression.
+std::array<double, SyntheticFilter::kRuns> p_values_of_nees(const NoiseSource& noise, std::int64_t block,
+                                                            double (*p_value)(std::span<const double>)) {
   std::array<double, SyntheticFilter::kRuns> result{};
   std::vector<std::vector<double>> runs = autoregressions(noise, block);
   for (std::size_t run = 0; run < result.size(); ++run) {
     for (double& value : runs[run]) value *= value;
-    result[run] = test_single_run(runs[run], 0.95).p_value;
+    result[run] = p_value(runs[run]);
   }
   return result;
+}
+
+}  // namespace
+
+std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block) {
+  return p_values_of_nees(noise, block,
+                          [](std::span<const double> nees) { return test_single_run(nees, 0.95).p_value; });
+}
+
+std::array<double, SyntheticFilter::kRuns> modulation_p_values(const NoiseSource& noise, std::int64_t block) {
+  return p_values_of_nees(noise, block, modulation_p_value);
 }
 
 std::array<double, SyntheticFilter::kRuns / 4> agreement_p_values(const NoiseSource& noise,

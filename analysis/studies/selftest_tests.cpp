@@ -6,6 +6,7 @@
 #include "analysis/evidence/sequential/sequential_e_value.h"
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/mean/hall_score.h"
+#include "analysis/laws/scores/rmse_interval.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -43,6 +44,13 @@ double score_p_value(const ScoreMoments& score) {
                              [&](double confidence) { return hall_interval(score.value, confidence); });
 }
 
+/// Of squared errors that are what P claims.
+double rmse_p_value(const BlockSums& block) {
+  return p_value_of_interval(block.claimed.mean, [&](double confidence) {
+    return mean_square_interval(block.squared_error, confidence);
+  });
+}
+
 }  // namespace
 
 JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, double confidence) {
@@ -71,6 +79,9 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
   conservative("NIS far out", j.law.gaussianity.far_nis_p_value);
   conservative("interval of the log score", score_p_value(e.scores.log));
   conservative("interval of the energy score", score_p_value(e.scores.energy));
+  for (const BlockSums& block : e.blocks)
+    results.push_back(
+        {"interval of the RMSE of " + block.name, Exactness::approximate, rmse_p_value(block)});
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));

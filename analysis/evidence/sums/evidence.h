@@ -52,8 +52,8 @@ struct BlockSums {
   SumsOverSteps nees;
   RunAverages runs;               ///< of NEES
   std::vector<CoarseSeries> few;  ///< NEES / dof over the steps of each run, of few (StretchSums::kMostRuns)
-  Moments squared_error;  ///< over whole runs: ‖e‖² averaged over the steps, of a map for each landmark
-  Moments claimed;        ///< the same of tr P
+  SkewedMoments squared_error;    ///< of ‖e‖² averaged over each whole run, of a map for each landmark
+  Moments claimed;                ///< the same of tr P
 
   void merge(const BlockSums& later);
 };

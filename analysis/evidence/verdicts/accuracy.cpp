@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "analysis/laws/mean/student_positive_mean.h"
+#include "analysis/laws/scores/rmse_interval.h"
 
 namespace credence::internal {
 namespace {
@@ -46,7 +47,7 @@ std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confi
     if (sums->squared_error.mean == 0.0 && sums->claimed.mean == 0.0) continue;  // known exactly
     all.push_back({.of = block.name,
                    .unit = *unit,
-                   .squared_error = positive_mean_interval(sums->squared_error, confidence),
+                   .squared_error = mean_square_interval(sums->squared_error, confidence),
                    .claimed = sums->claimed.mean});
   }
   return all;

@@ -32,6 +32,17 @@ StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s) {
   return stand ? StretchAverages{} : stretches;
 }
 
+/// Of the blocks of few runs where those of the whole state are: no error stays then.
+std::vector<SkewedMoments> block_stretches_of(const Evidence& e, const StretchAverages& state) {
+  std::vector<SkewedMoments> averages;
+  for (std::size_t b = 0; state.averages.count > 0 && b < e.blocks.size(); ++b) {
+    const BlockSums& block = e.blocks[b];
+    const bool all = std::ssize(block.few) == block.runs.moments.count;
+    averages.push_back(all ? stretch_averages(averages_alike(block.few)).averages : SkewedMoments{});
+  }
+  return averages;
+}
+
 /// One run has a test of its own (judge_single_run).
 SkewedMoments averages_compared(const Evidence& e, const StretchAverages& stretches) {
   return e.whole_runs.nees.size() > 1 ? stretches.averages : SkewedMoments{};
@@ -94,26 +105,17 @@ void judge_verdicts(const Evidence& e, const StudyStatistics& s, const SkewedMom
   if (e.sensors.size() > 1) join_sensors(j.sensors, j.nis);
 }
 
-/// Of few long runs their stretches are compared where those of the whole state are: no error stays then.
-ConsistencyVerdict judge_block(const BlockSums& block, const StepSeries& nees, bool of_stretches,
-                               double confidence) {
-  SkewedMoments averages;
-  if (of_stretches && std::ssize(block.few) == block.runs.moments.count)
-    averages = stretch_averages(averages_alike(block.few)).averages;
-  return judge_runs(block.runs, averages, [&](const RunAverages& runs) {
-    return judge_nees(nees.moments, nees.dof, confidence, &runs);
-  });
-}
-
-void judge_blocks(const Evidence& e, const JudgementContext& context, bool of_stretches, Judgement& j) {
-  const std::size_t steps = e.study.steps.size();
-  for (const BlockSums& block : e.blocks) {
+void judge_blocks(const Evidence& e, const JudgementContext& context, const FewRuns& few, Judgement& j) {
+  for (std::size_t b = 0; b < e.blocks.size(); ++b) {
+    const BlockSums& block = e.blocks[b];
     // A map of one landmark is that landmark.
     const bool single =
         block.part == Part::map && std::ranges::count(e.blocks, Part::landmark, &BlockSums::part) == 1;
     if (single) continue;
-    const StepSeries s = series_of(block.nees, steps);
-    j.blocks.push_back({block.name, judge_block(block, s, of_stretches, j.confidence)});
+    const StepSeries s = series_of(block.nees, e.study.steps.size());
+    j.blocks.push_back({block.name, judge_runs(block.runs, few.block(b), [&](const RunAverages& runs) {
+                          return judge_nees(s.moments, s.dof, j.confidence, &runs);
+                        })});
   }
   if (j.blocks.size() < 2) j.blocks.clear();
   if (j.blocks.empty()) return;
@@ -304,8 +306,8 @@ ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t
   return verdict;
 }
 
-/// NEES, NIS of each sensor, its components and pairs of them, which share what NIS has, the blocks, the
-/// directions of P, and P by the σ that it claims.
+/// NEES, NIS of each sensor, its components and pairs of them, which share what NIS has, NIS over time, the
+/// blocks, the directions of P, and P by the σ that it claims.
 Word word_of(const Evidence& e, const Judgement& j) {
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
@@ -331,6 +333,17 @@ Word word_of(const Evidence& e, const Judgement& j) {
     };
     add(sensor.components, component_name);
     add(sensor.pairs, pair_name);
+  }
+  for (const SensorJudgement& sensor : j.sensors) {
+    const double p = sensor.over_time_p_value;
+    if (std::isnan(p)) continue;
+    const double each = 0.5 * kWordOverTime / static_cast<double>(j.sensors.size());
+    const auto add = [&](const char* when, const DirectedPValues& p_value) {
+      averages.push_back(averaged_verdict(p_value, 1, sensor.nis.count));
+      parts.push_back({of_sensor("NIS", sensor) + when, &averages.back(), each, false, true, true});
+    };
+    add(" at some times", {p, kNaN});
+    add(" at others", {kNaN, p});
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
@@ -424,6 +437,14 @@ void leave_coloured_open(Judgement& j) {
       coloured->name.empty() ? "" : " of " + coloured->name, p_value_statement(coloured->whiteness.p_value));
 }
 
+/// More than a size of the innovations makes them look that goes up and down in time: it doubles the variance
+/// of their products at most where it is 0 or twice what S says. NIS of coloured ones, as of a gain that is
+/// not the best one, have a memory of their own.
+bool clearly_coloured(const WhitenessTest& test, double confidence) {
+  constexpr double kMost = 2.0;
+  return test.reason.empty() && chi_square_survival(test.statistic / kMost, test.dof) <= 1.0 - confidence;
+}
+
 }  // namespace
 
 Judgement judge(const Evidence& e, const JudgementContext& context) {
@@ -437,10 +458,16 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
       j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
   }
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
-  const StretchAverages stretches = stretches_of(e, all);
-  const SkewedMoments averages = averages_compared(e, stretches);
+  FewRuns few{.state = stretches_of(e, all)};
+  few.blocks = block_stretches_of(e, few.state);
+  for (std::size_t i = 0; i < e.sensors.size(); ++i) {
+    few.nis_over_time.push_back(nis_over_time(e.sensors[i]));
+    if (!clearly_coloured(j.sensors[i].whiteness, j.confidence))
+      j.sensors[i].over_time_p_value = few.nis_over_time.back();
+  }
+  const SkewedMoments averages = averages_compared(e, few.state);
   judge_verdicts(e, all, averages, j);
-  judge_blocks(e, context, stretches.averages.count > 0, j);
+  judge_blocks(e, context, few, j);
   name_steps(e, context, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
@@ -448,7 +475,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   judge_ends(e, j);
   const ClaimedSigmaTest& claimed = context.claimed_sigma;
   j.law = judge_law(e, all, j.confidence, context.margin,
-                    std::fmin(claimed.optimistic.p_value, claimed.pessimistic.p_value), stretches);
+                    std::fmin(claimed.optimistic.p_value, claimed.pessimistic.p_value), few);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, context, j);
   j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, averages, j)

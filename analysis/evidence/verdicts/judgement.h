@@ -63,6 +63,7 @@ struct SensorJudgement {
   WhitenessTest whiteness;
   ZeroMeanTest mean;  ///< of run means; of all values where there are too few runs (correlated_mean.h)
   ComponentTest components, pairs;        ///< each component, and every two of them (SensorSums::pairs)
+  double over_time_p_value = kNaN;        ///< of NIS of few runs (nis_over_time)
   bool of_sum = false;                    ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
   GoodnessOfFit fit;                      ///< of NIS against χ²
   std::vector<std::int64_t> histogram;    ///< counts of F(NIS), equally likely bins

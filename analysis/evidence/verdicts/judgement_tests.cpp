@@ -41,6 +41,10 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
   const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
   tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
                                 s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
+  if (!std::isnan(s.over_time_p_value)) {
+    tests.push_back({of_sensor(kOverTime, s), Exactness::approximate, s.over_time_p_value, kNaN,
+                     "waves and slow changes of its ranks"});
+  }
   const auto add = [&](const char* name, const ComponentTest& test, const auto& says) {
     if (test.components.empty()) return;
     tests.push_back(reasoned_test(of_sensor(name, s), Exactness::conservative, test.reason,

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <span>
 
@@ -153,21 +152,10 @@ std::vector<double> normalised_nis(const SensorSums& sensor) {
   return means;
 }
 
-/// That the components u_i, u_j of whitened innovations are uncorrelated: their products have the variance
-/// κ = E NIS²/(m (m + 2)) of an elliptical law, at most that where they are independent; normal, Bonferroni.
-double pairs_p_value(const SensorSums& sensor) {
-  if (sensor.varies || sensor.by_dimension.size() != 1 || sensor.lags.pairs(0) < kFewestValues) return kNaN;
-  const auto& [dof, nis] = *sensor.by_dimension.begin();
-  const auto m = static_cast<double>(dof), count = static_cast<double>(sensor.lags.pairs(0));
-  const double square = nis.value.m2 / static_cast<double>(nis.value.count) + nis.value.mean * nis.value.mean;
-  const double error = std::sqrt(square / (m * (m + 2.0)) / count);
-  const Matrix mean = sensor.lags.product(0) / count;
-  SmallestPValue pairs;
-  for (Index j = 0; j < mean.cols(); ++j) {
-    for (Index i = j + 1; i < mean.rows(); ++i)
-      pairs.add(std::erfc(std::abs(mean(i, j)) / error / std::numbers::sqrt2));
-  }
-  return pairs.adjusted();
+/// Of components two by two, where S claims to know how they go together.
+std::span<const Moments> pairs_of(const SensorSums& sensor) {
+  if (sensor.varies || sensor.sensor.variances_alone) return {};
+  return sensor.pairs;
 }
 
 /// That independent values have this mean: Student's t. NaN of few, which say little.
@@ -218,7 +206,7 @@ MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
   for (const SensorSums& sensor : e.sensors) {
     for (const Moments& component : sensor.components)
       tests.p_values.add(of_skewed(mean_p_value(component, 1.0)));
-    tests.p_values.add(pairs_p_value(sensor));
+    for (const Moments& pair : pairs_of(sensor)) tests.p_values.add(of_skewed(mean_p_value(pair, 1.0)));
   }
   for (const BlockSums& block : e.blocks) tests.p_values.add(two_sided(block.runs.moments));
   if (second.test.reason.empty()) tests.add(second.test.p_value);
@@ -235,23 +223,13 @@ double modulation_of_runs(std::span<const std::vector<double>> runs) {
   return p_values.adjusted();
 }
 
-/// The same of NIS of one dimension that are of as many runs at every step, whose mean has one law.
-double modulation_of_nis(const SensorSums& sensor) {
-  std::vector<std::int64_t> counts;
-  for (const StepSums& step : sensor.nis) {
-    if (step.value.count > 0) counts.push_back(step.value.count);
-  }
-  const bool alike = sensor.by_dimension.size() == 1 &&
-                     std::ranges::adjacent_find(counts, std::not_equal_to{}) == counts.end();
-  return alike ? modulation_p_value(normalised_nis(sensor)) : kNaN;
-}
-
 /// Of few runs: the units are their stretches, of errors, and each NIS. None where there is a truth and no
 /// stretch that is long enough.
 MomentTests moments_of_few(const Evidence& e, const StudyStatistics& all, const SecondMomentJudgement& second,
-                           const StretchAverages& stretches) {
+                           const FewRuns& few) {
   MomentTests tests;
   if (e.has_truth) {
+    const StretchAverages& stretches = few.state;
     if (stretches.averages.count == 0 || second.test.runs < kFewestRuns) return tests;
     tests.add(stretches.averages);
     tests.add(second.test.p_value);
@@ -264,21 +242,21 @@ MomentTests moments_of_few(const Evidence& e, const StudyStatistics& all, const 
   for (const SensorSums& sensor : e.sensors) {
     for (const auto& [dof, nis] : sensor.by_dimension) tests.add(nis.value, static_cast<double>(dof));
     for (const Moments& component : sensor.components) tests.add(component, 1.0);
-    tests.p_values.add(pairs_p_value(sensor));
-    tests.p_values.add(modulation_of_nis(sensor));
+    for (const Moments& pair : pairs_of(sensor)) tests.add(pair, 1.0);
     const std::vector<double> nis = normalised_nis(sensor);
     const auto by_place = averages_by_place(std::span(&nis, 1), 1.0);
     tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
   }
+  for (const double p : few.nis_over_time) tests.p_values.add(p);
   return tests;
 }
 
 GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics& all,
                                        const SecondMomentJudgement& second, double claimed_sigma,
-                                       const StretchAverages& stretches) {
+                                       const FewRuns& few_runs) {
   GaussianityJudgement g;
   const bool few = e.study.runs < kFewestRuns;
-  const bool pieces = few && stretches.averages.count > 0;
+  const bool pieces = few && few_runs.state.averages.count > 0;
   g.nees_tail_p_value = pieces ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, constant_dof(all)))
                                : heavy_tail_p_value(e.law.nees_tails);
   g.nis_tail_p_value = few ? nis_tail_p_value(e.sensors) : heavy_tail_p_value(e.law.nis_tails);
@@ -290,38 +268,49 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   SmallestPValue tails;
   for (const double p : {g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value}) tails.add(p);
   g.tail_p_value = tails.adjusted();
-  MomentTests tests = few ? moments_of_few(e, all, second, stretches) : moments_of_many(e, all, second);
+  MomentTests tests = few ? moments_of_few(e, all, second, few_runs) : moments_of_many(e, all, second);
   g.relative_error = tests.relative_error;
   if (!std::isnan(tests.p_values.adjusted())) tests.p_values.add(claimed_sigma);
   g.moments_p_value = tests.p_values.adjusted();
   return g;
 }
 
+/// Of the state, the blocks and NIS; of few runs those of their stretches, of NIS for each sensor.
+std::vector<SkewedMoments> means_to_prove(const Evidence& e, const StudyStatistics& all, const FewRuns& few) {
+  std::vector<SkewedMoments> means;
+  const bool stretches = e.study.runs < kFewestRuns;
+  if (e.has_truth && e.joint_covariance)
+    means.push_back(stretches ? few.state.averages : all.nees_of_runs.moments);
+  for (std::size_t b = 0; b < e.blocks.size(); ++b) {
+    if (e.blocks[b].runs.moments.count > 0)
+      means.push_back(stretches ? few.block(b) : e.blocks[b].runs.moments);
+  }
+  if (!stretches && e.law.nis_of_runs.count > 0) means.push_back(e.law.nis_of_runs);
+  for (std::size_t i = 0; stretches && i < e.sensors.size(); ++i) {
+    const std::vector<double> nis = normalised_nis(e.sensors[i]);
+    if (!nis.empty()) means.push_back(stretch_averages(std::span(&nis, 1)).averages);
+  }
+  return means;
+}
+
 EquivalenceJudgement judge_equivalence(const Evidence& e, const StudyStatistics& all, double confidence,
-                                       double margin) {
+                                       double margin, const FewRuns& few) {
   EquivalenceJudgement result{.margin = margin};
-  std::vector<const SkewedMoments*> parts;
-  if (e.has_truth && e.joint_covariance) parts.push_back(&all.nees_of_runs.moments);
-  for (const BlockSums& block : e.blocks) parts.push_back(&block.runs.moments);
-  parts.push_back(&e.law.nis_of_runs);
+  const std::vector<SkewedMoments> means = means_to_prove(e, all, few);
+  if (means.empty()) result.reason = "no data";
   double largest = 0.0, within = 0.0;
-  std::int64_t made = 0;
-  for (const SkewedMoments* part : parts) {
-    if (part->count == 0) continue;
-    if (part->count < kFewestRuns) {
-      result.reason = "fewer than 20 runs prove nothing near 1";
-      return result;
+  for (const SkewedMoments& mean : means) {
+    const double p = equivalence_p_value(mean, margin);
+    if (mean.count < kFewestRuns) {
+      result.reason =
+          "fewer than 20 runs, and no stretches of them that are independent, prove nothing near 1";
+    } else if (std::isnan(p)) {
+      result.reason = "a mean is not a number";
     }
-    const double p = equivalence_p_value(*part, margin);
-    if (std::isnan(p)) continue;
-    ++made;
     largest = std::max(largest, p);
-    within = std::max(within, proved_within(*part, confidence));
+    within = std::max(within, proved_within(mean, confidence));
   }
-  if (made == 0) {
-    result.reason = "no data";
-    return result;
-  }
+  if (!result.reason.empty()) return result;
   result.p_value = largest;
   result.proved_within = within;
   return result;
@@ -341,19 +330,29 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 
 }  // namespace
 
+double nis_over_time(const SensorSums& sensor) {
+  std::int64_t runs = 0;
+  for (const StepSums& step : sensor.nis) runs = std::max(runs, step.value.count);
+  const auto alike = [runs](const StepSums& step) {
+    return step.value.count == 0 || step.value.count == runs;
+  };
+  const bool one_law = sensor.by_dimension.size() == 1 && std::ranges::all_of(sensor.nis, alike);
+  return one_law && runs < kFewestRuns ? modulation_p_value(normalised_nis(sensor)) : kNaN;
+}
+
 SecondMoments moments_tested(const Evidence& e, const SecondMomentJudgement& judged) {
   return judged.of_stretches ? e.law.stretch_moments.of_runs(std::ssize(e.whole_runs.nees))
                              : e.law.second_moments;
 }
 
 LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, double confidence, double margin,
-                       double claimed_sigma, const StretchAverages& stretches) {
+                       double claimed_sigma, const FewRuns& few) {
   LawJudgement j;
   j.shape = judge_shape(e.law, confidence);
-  j.second_moments = judge_second_moments(e, stretches, confidence);
+  j.second_moments = judge_second_moments(e, few.state, confidence);
   j.error_mean = judge_error_mean(e);
-  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma, stretches);
-  j.equivalence = judge_equivalence(e, all_runs, confidence, margin);
+  j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments, claimed_sigma, few);
+  j.equivalence = judge_equivalence(e, all_runs, confidence, margin, few);
   j.log_score = judge_score(e.scores.log, confidence);
   j.energy_score = judge_score(e.scores.energy, confidence);
   j.energy_of_position = e.scores.of_position;

@@ -106,9 +106,23 @@ struct LawJudgement {
   std::vector<SensorPairJudgement> sensor_pairs;
 };
 
+/// The p-value of "the NIS of this sensor do not go up and down in time" (modulation.h), which are white. NaN
+/// of 20 runs and more, whose steps tell it, and of NIS that are not of one law: of one dimension, and of as
+/// many runs at every step.
+double nis_over_time(const SensorSums& sensor);
+
+/// Of fewer than 20 runs.
+struct FewRuns {
+  StretchAverages state{};              ///< none where stretches are not independent
+  std::vector<SkewedMoments> blocks{};  ///< the same, in the order of the evidence; empty where none has any
+  std::vector<double> nis_over_time{};  ///< of each sensor
+
+  SkewedMoments block(std::size_t i) const { return i < blocks.size() ? blocks[i] : SkewedMoments{}; }
+};
+
 /// all_runs: the sums of the whole study, of which the evidence may be of the first runs. claimed_sigma: the
-/// p-value of P by the σ that it claims; NaN: not tested. stretches: of few runs.
+/// p-value of P by the σ that it claims; NaN: not tested. few: of fewer than 20 runs.
 LawJudgement judge_law(const Evidence& evidence, const StudyStatistics& all_runs, double confidence,
-                       double margin, double claimed_sigma = kNaN, const StretchAverages& stretches = {});
+                       double margin, double claimed_sigma = kNaN, const FewRuns& few = {});
 
 }  // namespace credence::internal

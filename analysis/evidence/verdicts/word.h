@@ -9,10 +9,10 @@
 
 namespace credence::internal {
 
-/// Shares of the level that NEES, NIS, all blocks together, the directions of P, and P by the σ that it
-/// claims have in the word, of those with data.
+/// Shares of the level that NEES, NIS, all blocks together, the directions of P, P by the σ that it claims,
+/// and NIS of few runs over time have in the word, of those with data.
 inline constexpr double kWordNees = 0.4, kWordNis = 0.2, kWordBlocks = 0.4, kWordDirections = 0.1,
-                        kWordClaimedSigma = 0.1;
+                        kWordClaimedSigma = 0.1, kWordOverTime = 0.05;
 
 /// One verdict on its way into the word.
 struct WordPart {

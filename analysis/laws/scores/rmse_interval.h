@@ -3,7 +3,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "montecarlo/engine/moments.h"
+#include "analysis/laws/mean/student.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 namespace credence::internal {
 
@@ -16,11 +17,15 @@ struct RmseInterval {
   std::string_view reason = {};  ///< why there is no interval (lower, upper NaN), else empty
 };
 
-/// The RMSE over independent runs from the moments of their squared errors ‖e‖²: the root of
-/// positive_mean_interval (student_positive_mean.h), whose approximations are its own.
+/// The mean over independent runs of their squared errors ‖e‖², averaged over steps or not: as far below as
+/// the cube root of a gamma law lets it be (student_positive_mean.h), and as far above as it or Hall's score
+/// does (hall_score.h), where the cube root alone is short. Levels are in docs/statistics.md.
 ///
 /// No interval, with a reason, for fewer than two runs or values that are not finite or negative; a zero
-/// variance gives the interval [rmse, rmse]. Throws std::invalid_argument unless 0 < confidence < 1.
-RmseInterval rmse_interval(const Moments& squared_errors, double confidence);
+/// variance gives the interval [mean, mean]. Throws std::invalid_argument unless 0 < confidence < 1.
+MeanInterval mean_square_interval(const SkewedMoments& squared_errors, double confidence);
+
+/// The RMSE: its root, under the same conditions.
+RmseInterval rmse_interval(const SkewedMoments& squared_errors, double confidence);
 
 }  // namespace credence::internal

@@ -152,25 +152,54 @@ TEST(CalibrationRecorder, EveryVarianceIsInTheBinOfItsLogarithm) {
 }
 
 TEST(CalibrationRecorder, StretchesAreTheRowsInTheirOrder) {
-  // 1,000 rows fill 125 groups of eight; ten stretches of twelve groups leave the last rows out.
+  // 1,000 rows fill 125 groups of eight; twenty stretches of six groups leave the last rows out.
   CalibrationRecorder recorder;
   recorder.begin_run(layout_of_numbers(1), "run");
   for (int k = 0; k < 1000; ++k) {
-    const double variance = k < 96 ? 1.0 : k < 864 ? 100.0 : 10'000.0;
+    const double variance = k < 48 ? 1.0 : k < 912 ? 100.0 : 10'000.0;
     recorder.add(step_of_number((k % 2 == 0 ? 0.5 : 1.5) * variance, variance));
   }
   const CalibrationRun run = recorder.take().at(0);
   EXPECT_EQ(run.whole.rows, 1000);
   EXPECT_NEAR(run.whole.nees, 1000.0, 1e-9);
   EXPECT_EQ(run.effective_rows, 1000.0);  // no two rows agree by more than chance
-  ASSERT_EQ(run.stretches.size(), CalibrationRun::kStretches);
-  const int bins[] = {0, 4, 4, 4, 4, 4, 4, 4, 4, 8};
+  ASSERT_EQ(run.stretches.size(), 2 * CalibrationRun::kTenths);
   for (std::size_t s = 0; s < run.stretches.size(); ++s) {
-    EXPECT_EQ(run.stretches[s].rows, 96) << s;
+    const int bin = s == 0 ? 0 : s == 19 ? 8 : 4;
+    EXPECT_EQ(run.stretches[s].rows, 48) << s;
     ASSERT_EQ(run.stretches[s].bins.size(), 1U) << s;
-    EXPECT_EQ(run.stretches[s].bins.begin()->first, (std::pair<Index, int>{0, bins[s]})) << s;
-    EXPECT_NEAR(run.stretches[s].nees, 96.0, 1e-9) << s;
+    EXPECT_EQ(run.stretches[s].bins.begin()->first, (std::pair<Index, int>{0, bin})) << s;
+    EXPECT_NEAR(run.stretches[s].nees, 48.0, 1e-9) << s;
   }
+}
+
+// Of errors whose NEES forgets so slowly that a twentieth is too short, or a tenth as well; of 190 rows there
+// are 95 groups, of which a tenth has nine.
+TEST(CalibrationRecorder, StretchesAreAsManyAsAreIndependent) {
+  CalibrationRecorder recorder;
+  for (const auto& [rows, repeated] :
+       {std::pair{1600, 1}, std::pair{1600, 12}, std::pair{1600, 60}, std::pair{190, 1}}) {
+    recorder.begin_run(layout_of_numbers(1), "run");
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal;
+    for (int k = 0; k < rows; k += repeated) {
+      const double squared = std::pow(normal(random), 2);
+      for (int i = 0; i < repeated; ++i) recorder.add(step_of_number(squared, 1.0));
+    }
+  }
+  const std::vector<CalibrationRun> runs = recorder.take();
+  const std::size_t expected[] = {20, 10, 0, 10};
+  for (std::size_t i = 0; i < runs.size(); ++i) EXPECT_EQ(runs[i].stretches.size(), expected[i]) << i;
+}
+
+TEST(CalibrationRecorder, OfManyRunsNoStretchesAreKept) {
+  CalibrationRecorder recorder;
+  for (int run = 0; run < 6; ++run) {
+    recorder.begin_run(layout_of_numbers(1), "run");
+    for (int k = 0; k < 200; ++k) recorder.add(step_of_number(k % 2 == 0 ? 0.5 : 1.5, 1.0));
+  }
+  const std::vector<CalibrationRun> runs = recorder.take();
+  for (std::size_t r = 0; r < runs.size(); ++r) EXPECT_EQ(runs[r].stretches.empty(), r >= 4) << r;
 }
 
 // Of autoregressions worth 16 and 106 rows; as the rows over their correlation time they came out as 34 and

@@ -205,7 +205,7 @@ TEST(Calibration, OneRunIsJudgedByItsStretches) {
     if (c.units.empty()) continue;
     ++judged_runs;
     EXPECT_EQ(c.units, "stretches");
-    EXPECT_EQ(c.unit_count, 10);
+    EXPECT_EQ(c.unit_count, 20);
     for (const SigmaBin& bin : c.bins) {
       if (bin.adjusted <= 0.05) {
         ++refused;
@@ -218,6 +218,19 @@ TEST(Calibration, OneRunIsJudgedByItsStretches) {
   const Calibration wrong = judged(play_rows(7, 1, 2000, 2.0 * kRight, 0.7));
   EXPECT_GT(wrong.whole.factor.lower, 1.5);
   EXPECT_TRUE(judged(play_rows(8, 1, 60, kRight, 0.95)).units.empty());
+}
+
+// Two logs are paired by their tenths, however many stretches each of them has.
+TEST(Calibration, StretchesOfTwoLogsAreOfTheSameRows) {
+  const Played one = play_rows(7, 1, 2000, kRight, 0.7);
+  ASSERT_EQ(one.runs.front().stretches.size(), 20U);
+  const UnitFactors tenths = unit_factors(one.runs, one.parts);
+  ASSERT_EQ(tenths.names.size(), 10U);
+  const CalibrationSum &first = one.runs.front().stretches[18], &second = one.runs.front().stretches[19];
+  EXPECT_NEAR(tenths.factors[0][9],
+              (first.nees + second.nees) / static_cast<double>(first.rows + second.rows), 1e-12);
+  const Played two = play_rows(7, 2, 2000, kRight, 0.7);
+  EXPECT_EQ(judged(two).unit_count, 20);
 }
 
 // Over 100 sets of 40 runs with heavy tails: a further run is covered in at least 95 % of the cases.

@@ -103,19 +103,34 @@ TEST(SelftestFamilies, DiscoveriesAreNoneAtNoLevelAndAllAtLevelOne) {
   EXPECT_LE(false_at_level, kStudies * (0.05 + five_errors(0.05, kStudies)));
 }
 
-TEST(SelftestFamilies, SingleRunsHaveUniformPValues) {
+std::vector<double> sorted_p_values(std::array<double, SyntheticFilter::kRuns> (*of_block)(const NoiseSource&,
+                                                                                           std::int64_t)) {
   const NoiseSource noise(15, 4);
   std::vector<double> p_values;
   for (std::int64_t block = 0; block < 40; ++block) {
-    for (const double p : single_run_p_values(noise, block)) p_values.push_back(p);
+    for (const double p : of_block(noise, block)) p_values.push_back(p);
   }
   std::ranges::sort(p_values);
+  return p_values;
+}
+
+TEST(SelftestFamilies, SingleRunsHaveUniformPValues) {
+  const std::vector<double> p_values = sorted_p_values(single_run_p_values);
   EXPECT_EQ(std::ranges::adjacent_find(p_values), p_values.end()) << "every run is one of its own";
   // A test by effective rows is approximate: half as much again is allowed.
   const auto count = static_cast<int>(p_values.size());
   for (const double level : {0.1, 0.25, 0.5, 0.75}) {
     const auto below = std::ranges::lower_bound(p_values, level) - p_values.begin();
     EXPECT_NEAR(static_cast<double>(below), count * level, count * 1.5 * five_errors(level, count)) << level;
+  }
+}
+
+TEST(SelftestFamilies, TheSizeOfOneRunOverTimeHoldsItsLevel) {
+  const std::vector<double> p_values = sorted_p_values(modulation_p_values);
+  const auto count = static_cast<int>(p_values.size());
+  for (const double level : {0.05, 0.01}) {
+    const auto below = std::ranges::upper_bound(p_values, level) - p_values.begin();
+    EXPECT_NEAR(static_cast<double>(below), count * level, count * five_errors(level, count)) << level;
   }
 }
 

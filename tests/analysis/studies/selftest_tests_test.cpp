@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "analysis/evidence/sequential/sequential_e_value.h"
 #include "analysis/laws/joint/betting_e_value.h"
@@ -39,7 +40,7 @@ TEST(SelftestTests, AreThoseOfTheJudgementAndThenTheOthersInOneOrder) {
   ASSERT_EQ(exact.tests.size(), wrong.tests.size());
   for (std::size_t i = 0; i < exact.tests.size(); ++i) EXPECT_EQ(exact.tests[i].name, wrong.tests[i].name);
   const std::size_t judged = exact.judgement.tests.size();
-  ASSERT_EQ(exact.tests.size(), judged + 10);
+  ASSERT_EQ(exact.tests.size(), judged + 10 + exact.evidence.blocks.size());
   for (std::size_t i = 0; i < judged; ++i) {
     EXPECT_EQ(exact.tests[i].name, exact.judgement.tests[i].name);
     const double p = exact.judgement.tests[i].p_value;
@@ -57,6 +58,15 @@ TEST(SelftestTests, TheIntervalOfTheScoreMissesWhatAWrongFilterClaims) {
   EXPECT_EQ(wrong["interval of the log score"].p_value, 0.01);
   EXPECT_EQ(exact["interval of the energy score"].p_value, 1.0);
   EXPECT_EQ(exact["NIS far out"].p_value, 1.0);
+}
+
+TEST(SelftestTests, TheIntervalOfTheRmseMissesWhatAWrongFilterClaims) {
+  const ShippedStudy exact(Defect::none), wrong(Defect::measurement_noise_too_small);
+  for (const BlockSums& block : exact.evidence.blocks) {
+    const std::string name = "interval of the RMSE of " + block.name;
+    EXPECT_GE(exact[name].p_value, 0.05) << name;
+    EXPECT_EQ(wrong[name].p_value, 0.01) << name;
+  }
 }
 
 TEST(SelftestTests, TogetherAreTheLeastThatIsAdjusted) {

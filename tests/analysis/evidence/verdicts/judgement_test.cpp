@@ -807,6 +807,52 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
       << coloured.nees.reason;
 }
 
+/// Innovations of two components of so many runs of 2,000 rows, of which every variance is so many times what
+/// S says and each is correlated with the one before it.
+Judgement innovations_over_time(int runs, double correlation, double (*factor)(std::int64_t)) {
+  RunLayout layout{.sensors = {{.name = "gps", .dim = 2, .piece = 2}}, .has_truth = false};
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < runs; ++run) {
+    recorder.begin_run();
+    Vector u{{normal(random), normal(random)}};
+    Step step;
+    step.innovations.resize(1);
+    step.innovations[0].S = Matrix::Identity(2, 2);
+    for (step.step = 1; step.step <= 2000; ++step.step) {
+      const Vector fresh{{normal(random), normal(random)}};
+      u = correlation * u + std::sqrt(1.0 - correlation * correlation) * fresh;
+      step.innovations[0].nu = std::sqrt(factor(step.step)) * u;
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take());
+}
+
+// S is right on average, and its tails look heavy.
+TEST(Judgement, AnSThatIsTooSmallAtSomeTimesAndTooLargeAtOthersIsMixed) {
+  const auto wave = [](std::int64_t k) { return 1.0 + 0.7 * std::sin(0.05 * static_cast<double>(k)); };
+  for (const int runs : {1, 3}) {
+    const Judgement j = innovations_over_time(runs, 0.0, wave);
+    EXPECT_EQ(j.word.verdict, Verdict::mixed) << runs;
+    EXPECT_EQ(j.word.says, "optimistic in NIS of gps at some times; pessimistic in NIS of gps at others");
+    const auto test = std::ranges::find(j.tests, "NIS over time of gps", &NamedTest::name);
+    ASSERT_NE(test, j.tests.end());
+    EXPECT_LE(test->adjusted, 1e-6);
+  }
+}
+
+// Of right ones it says nothing; of many runs steps tell it; of coloured ones it is no matter of S.
+TEST(Judgement, NisOverTimeIsTestedOfFewRunsOfWhiteInnovations) {
+  const auto right = [](std::int64_t) { return 1.0; };
+  const Judgement of_one = innovations_over_time(1, 0.0, right);
+  EXPECT_EQ(of_one.word.verdict, Verdict::consistent);
+  EXPECT_GT(of_one.sensors.front().over_time_p_value, 0.01);
+  EXPECT_TRUE(std::isnan(innovations_over_time(20, 0.0, right).sensors.front().over_time_p_value));
+  EXPECT_TRUE(std::isnan(innovations_over_time(1, 0.6, right).sensors.front().over_time_p_value));
+}
+
 /// Innovations of three components, the first and the last of which are correlated, S = I.
 Judgement correlated_innovations(double correlation, int runs, int rows, unsigned seed, bool known = true) {
   RunLayout layout{.sensors = {{.name = "radar", .dim = 3, .piece = 3}}, .has_truth = false};

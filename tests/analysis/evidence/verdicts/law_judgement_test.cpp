@@ -421,6 +421,20 @@ TEST(LawJudgement, AWaveOfOneRunIsNoHeavyTail) {
   EXPECT_GE(tails, 9);
 }
 
+// 20,000 rows are 20 stretches whose mean is known to 1 %: within 10 % where P is right, and not where it is
+// 1.1 times too small.
+TEST(LawJudgement, OneLongRunProvesWhatItsStretchesTell) {
+  const Matrix I = Matrix::Identity(2, 2);
+  for (const double factor : {1.0, 1.1}) {
+    const auto draw = gaussian(31);
+    const Evidence e = errors_of(I, I, 1, 20000, [&] { return std::sqrt(factor) * draw(); });
+    const EquivalenceJudgement proof = judge(e).law.equivalence;
+    EXPECT_TRUE(proof.reason.empty()) << proof.reason;
+    EXPECT_EQ(proof.p_value <= 0.05, factor == 1.0) << factor;
+    EXPECT_NEAR(proof.proved_within, factor == 1.0 ? 0.03 : 0.13, 0.03) << factor;
+  }
+}
+
 TEST(LawJudgement, MergedIsTheSameAsAtOnce) {
   Evidence parts = synthetic_evidence(SyntheticFilter({}), NoiseSource(11, 3), 0, 64);
   parts.merge(synthetic_evidence(SyntheticFilter({}), NoiseSource(11, 3), 2, 64));

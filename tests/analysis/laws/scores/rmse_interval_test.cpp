@@ -18,7 +18,7 @@ TEST(Rmse, IntervalCoversForGaussianAndForCorrelatedErrors) {
     int scalar = 0;
     int mixed = 0;
     for (int study = 0; study < kStudies; ++study) {
-      Moments one, two;
+      SkewedMoments one, two;
       for (int run = 0; run < runs; ++run) {
         const double a = normal(generator);
         const double b = 0.3 * normal(generator);
@@ -53,7 +53,7 @@ TEST(Rmse, DegenerateDataGiveAReason) {
 
 TEST(Rmse, IsTheRootOfTheMeanSquareInTheUnitOfTheErrors) {
   // Squares of 3, 5 and 4; errors ten times as large have ten times the interval.
-  Moments squares, hundredfold;
+  SkewedMoments squares, hundredfold;
   for (const double error : {3.0, 5.0, 4.0}) {
     squares.add(error * error);
     hundredfold.add(100.0 * error * error);
