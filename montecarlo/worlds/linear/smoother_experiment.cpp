@@ -1,6 +1,7 @@
 #include "montecarlo/worlds/linear/smoother_experiment.h"
 
 #include "core/linear_algebra/psd_root.h"
+#include "core/stop_point.h"
 
 namespace credence::internal {
 
@@ -17,7 +18,10 @@ SmootherExperiment::SmootherExperiment(const LinearProblem& problem, Index steps
 
 Outcome SmootherExperiment::visit(std::int64_t run, const StepVisitor& take) const {
   std::vector<TraceStep> steps;
-  const Outcome outcome = filter_.visit(run, [&](const TraceStep& step) { steps.push_back(step); });
+  const Outcome outcome = filter_.visit(run, [&](const TraceStep& step) {
+    stop_point();
+    steps.push_back(step);
+  });
   std::vector<Vector> estimates;
   estimates.reserve(steps.size());
   for (const TraceStep& step : steps) estimates.push_back(step.estimate);

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <set>
 #include <stdexcept>
 
+#include "core/stop_point.h"
 #include "montecarlo/scenario/key_fields.h"
 
 namespace credence::internal {
@@ -52,6 +54,22 @@ TEST(Registry, AScenarioIsLinearOrNot) {
   EXPECT_TRUE(linear_problem(default_scenario("monobot")).has_value());
   EXPECT_FALSE(linear_problem(default_scenario("planar")).has_value());
   EXPECT_TRUE(linear_problem(default_scenario("tracking")).has_value());
+}
+
+// Ctrl-C is heard within a chunk of runs of every world whose runs are long: those of linear ones, which go
+// side by side through lanes, are not.
+TEST(Registry, EveryNonlinearWorldCanBeStoppedWithinAChunk) {
+  const std::atomic<bool> stop = true;
+  for (const World* world : worlds()) {
+    if (world->schema.name == "linear") continue;  // has no default matrices
+    Scenario scenario = default_scenario(world->schema.name);
+    scenario.study.steps = 20;
+    if (linear_problem(scenario)) continue;
+    const std::unique_ptr<Experiment> experiment = make_experiment(scenario);
+    const StopScope scope(&stop);
+    EXPECT_THROW(experiment->run_chunk(0, 2), Stopped) << world->schema.name;
+    EXPECT_THROW(experiment->visit(0, [](const TraceStep&) {}), Stopped) << world->schema.name;
+  }
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <atomic>
 #include <string>
 #include <vector>
 
+#include "core/stop_point.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -64,6 +66,14 @@ struct WholeRun {
     }
   }
 };
+
+TEST(SmootherExperiment, ARunCanBeStopped) {
+  const std::atomic<bool> stop = true;
+  const auto experiment = make_experiment(
+      load_scenario_text(kSmoothed, "s.toml", std::vector<std::string>{"filter.estimator=smoother"}));
+  const StopScope scope(&stop);
+  EXPECT_THROW(experiment->visit(0, [](const TraceStep&) {}), Stopped);
+}
 
 TEST(SmootherExperiment, EveryStepIsTheLawGivenAllMeasurements) {
   for (const std::int64_t run : {0, 5}) {
