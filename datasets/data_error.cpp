@@ -16,6 +16,9 @@ namespace credence::internal {
 std::ifstream open_data(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw DataError(file, "", "there is no such file");
+  if (std::filesystem::is_fifo(file, error)) {
+    throw DataError(file, "", "is a pipe; credence check - reads one, from standard input");
+  }
   if (!std::filesystem::is_regular_file(file, error)) throw DataError(file, "", "is not a regular file");
   std::ifstream in(file, std::ios::binary);
   if (!in) throw DataError(file, "", "cannot be read");

@@ -21,7 +21,8 @@ namespace {
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
     "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME, P.i.j, innovation.i, S.i.j, R.i.j, "
-    "nis.DIM, nonlinear, inflated (docs/formats.md); a file with columns of other names: docs/recipes.md";
+    "nis.DIM, nonlinear, inflated, with numbers to 2000 (docs/formats.md); a file with columns of other "
+    "names: docs/recipes.md";
 
 std::invalid_argument error_beside(std::string_view state) {
   return std::invalid_argument(fmt::format(

@@ -1,8 +1,11 @@
 #include "datasets/data_error.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <string>
+
+#include "tests/temporary_folder.h"
 
 namespace credence::internal {
 namespace {
@@ -15,6 +18,19 @@ TEST(DataError, IsOneSentenceOfFilePlaceAndProblem) {
   const DataError whole("a.mat", "", "is empty");
   EXPECT_EQ(std::string(whole.what()), "a.mat: is empty") << "the whole file has no place";
   EXPECT_EQ(whole.place(), "");
+}
+
+TEST(DataError, APipeIsNotWaitedFor) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder / "pipe.csv";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  try {
+    open_data(pipe);
+    FAIL();
+  } catch (const DataError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              pipe.string() + ": is a pipe; credence check - reads one, from standard input");
+  }
 }
 
 }  // namespace

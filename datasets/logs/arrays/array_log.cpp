@@ -326,7 +326,7 @@ class PairReader {
   }
 
   /// Writes the components that are not NaN, and their covariance. `problem` is set for one that is not
-  /// symmetric.
+  /// finite or not symmetric.
   void read(std::uint64_t run, std::uint64_t step, std::vector<Index>& kept, Vector& vector, Matrix& matrix,
             std::string_view& problem) {
     const double* v = vectors_.row(run, step);
@@ -351,7 +351,11 @@ class PairReader {
         matrix(i, j) = m[row * dim_ + static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
       }
     }
-    if (!make_symmetric(matrix, kLargestAsymmetry)) problem = "a covariance is not symmetric";
+    if (!matrix.allFinite()) {
+      problem = "a covariance is not finite";
+    } else if (!make_symmetric(matrix, kLargestAsymmetry)) {
+      problem = "a covariance is not symmetric";
+    }
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/manifold/angle.h"
+#include "core/nan.h"
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
@@ -201,6 +202,12 @@ TEST(ArrayLog, an_asymmetric_covariance_is_a_problem_of_its_row_alone) {
   EXPECT_EQ(steps.at(0).problem, "");
   EXPECT_EQ(steps.at(1).problem, "a covariance is not symmetric");
   EXPECT_EQ(steps.at(2).problem, "") << "as float rounds";
+}
+
+TEST(ArrayLog, a_covariance_that_is_no_number_is_called_so) {
+  const RecordedSink sink =
+      read_in_memory(ArraysInMemory().add("error", {1, 2}, {1, 1}).add("P", {1, 2, 2}, {kNaN, 0, 0, 1}));
+  EXPECT_EQ(sink.runs.at(0).steps.at(0).problem, "a covariance is not finite");
 }
 
 // More numbers than are read at once, 2^17.
