@@ -200,6 +200,12 @@ void PageWriter::operator()(const part::Verbatim& verbatim) {
 }
 
 void PageWriter::operator()(const ReportTable& table) {
+  const auto add_notes = [&] {
+    for (const std::string& note : table.notes) {
+      body += fmt::format("<p class=\"notes\">{}</p>\n", prose(note));
+    }
+  };
+  if (table.columns.empty()) return add_notes();
   body += fmt::format("<div class=\"table\" id=\"table-{}\">", ++tables_);
   // The caption does not scroll away; what scrolls must be reached by the keyboard.
   body += fmt::format("<p class=\"caption\" id=\"caption-{0}\"><b>Table {0}.</b> {1}</p>\n", tables_,
@@ -229,7 +235,7 @@ void PageWriter::operator()(const ReportTable& table) {
     body += "</tr>\n";
   }
   body += "</tbody></table></div>\n";
-  for (const std::string& note : table.notes) body += fmt::format("<p class=\"notes\">{}</p>\n", prose(note));
+  add_notes();
   body += "</div>\n";
 }
 

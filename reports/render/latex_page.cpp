@@ -79,7 +79,12 @@ std::string power_of_ten(std::string_view& text) {
   return power;
 }
 
+void add_notes(const ReportTable& table, std::string& text) {
+  for (const std::string& note : table.notes) text += "% " + printable_line(note) + "\n";
+}
+
 void add_table(const ReportTable& table, std::string& text) {
+  if (table.columns.empty()) return add_notes(table, text);
   std::string columns;
   std::vector<std::string> titles;
   for (const TableColumn& column : table.columns) {
@@ -98,7 +103,7 @@ void add_table(const ReportTable& table, std::string& text) {
     text += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
   }
   text += "    \\bottomrule\n  \\end{tabular}\n\\end{table}\n";
-  for (const std::string& note : table.notes) text += "% " + printable_line(note) + "\n";
+  add_notes(table, text);
 }
 
 }  // namespace

@@ -172,11 +172,11 @@ std::string text_table(const ReportTable& table, bool colour, std::size_t width)
     out += '\n';
   }
   if (fit(columns, width)) {
-    add_grid(out, table, columns, colour);
+    if (!columns.empty()) add_grid(out, table, columns, colour);
   } else {
     add_paragraphs(out, table, columns, colour, width);
   }
-  if (!table.notes.empty()) out += '\n';
+  if (!table.notes.empty() && !columns.empty()) out += '\n';
   for (const std::string& note : table.notes) add_lines(note);
   return out;
 }

@@ -186,8 +186,10 @@ std::string markdown_summary(const CheckedLogs& logs) {
     }
     text += "|\n";
   };
-  row(verdicts.columns, [](const TableColumn& c) { return c.title; });
-  row(verdicts.columns, [](const TableColumn& c) { return c.align == ColumnAlign::words ? ":--" : "--:"; });
+  if (!verdicts.rows.empty()) {
+    row(verdicts.columns, [](const TableColumn& c) { return c.title; });
+    row(verdicts.columns, [](const TableColumn& c) { return c.align == ColumnAlign::words ? ":--" : "--:"; });
+  }
   for (const auto& cells : verdicts.rows) row(cells, [](const TableCell& cell) { return cell.text; });
   text += "\n";
   const auto bullets = [&](const std::vector<std::string>& sentences) {

@@ -177,7 +177,7 @@ Document log_document(CheckedLogs given) {
     document.bullets(std::move(advice));
   }
   if (std::vector<std::string> mends = logs.factor_sentences(); !mends.empty()) {
-    document.section(is_inconsistent(a.judgement.word.verdict) ? "What would mend it" : "Factors on P");
+    document.section("Factors on P");
     document.bullets(std::move(mends));
   }
   const auto with_charts =

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -112,20 +113,37 @@ int rank_of(const Evidence& evidence, const std::string& block) {
                                          : 3;
 }
 
-/// The blocks that a short table has, in their order: the pose and its parts, then the inconsistent ones
-/// before the others, and of these the ones that are wrong by the largest factor.
-std::vector<const BlockVerdict*> worst_of(const Evidence& evidence, std::vector<const BlockVerdict*> blocks,
+/// Whether a sentence has these words, not as a part of others: "landmark1" is none of "landmark10".
+bool has_words(std::string_view sentence, std::string_view words) {
+  const auto ends = [](std::string_view rest) {
+    return rest.empty() || std::string_view(" ,;").find(rest.front()) != std::string_view::npos;
+  };
+  for (std::size_t at = sentence.find(words); at != std::string_view::npos;
+       at = sentence.find(words, at + 1)) {
+    if ((at == 0 || sentence[at - 1] == ' ') && ends(sentence.substr(at + words.size()))) return true;
+  }
+  return false;
+}
+
+/// The blocks that a short table has, in their order: those that the answer names, the pose and its parts,
+/// then the inconsistent ones before the others, and of these the ones that are wrong by the largest factor.
+std::vector<const BlockVerdict*> worst_of(const LogAnalysis& a, std::vector<const BlockVerdict*> blocks,
                                           std::size_t most) {
-  const auto matters = [&evidence](const BlockVerdict* b) {
+  const auto matters = [&a](const BlockVerdict* b) {
     const double factor = std::abs(std::log(b->verdict.mean / b->verdict.expected));
-    return std::tuple(-rank_of(evidence, b->name), is_inconsistent(b->verdict.verdict),
-                      std::isnan(factor) ? 0.0 : factor);
+    return std::tuple(has_words(a.judgement.word.says, b->name), -rank_of(a.evidence, b->name),
+                      is_inconsistent(b->verdict.verdict), std::isnan(factor) ? 0.0 : factor);
   };
   std::vector<const BlockVerdict*> worst = blocks;
   std::ranges::stable_sort(worst, std::ranges::greater(), matters);
   worst.resize(std::min(most, worst.size()));
   std::erase_if(blocks, [&](const BlockVerdict* b) { return std::ranges::find(worst, b) == worst.end(); });
   return blocks;
+}
+
+/// Of a log that says what the filter believes, and nothing by which that could be seen to be wrong.
+bool nothing_to_judge(const LogAnalysis& a) {
+  return a.judgement.nees.count == 0 && a.judgement.nis.count == 0 && a.evidence.rejected.empty();
 }
 
 }  // namespace
@@ -144,6 +162,12 @@ std::string log_answer(const CheckedLogs& logs) {
   if (a.word.verdict == Verdict::mixed) answer += "mixed: ";
   if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees, a.blocks);
   answer += to_string(a.word.verdict);
+  if (nothing_to_judge(logs.analysis)) {
+    return answer +
+           (evidence.has_truth ? ": no row has an error with a variance"
+                               : ": there is no truth to compare with") +
+           ", and there are no innovations; nothing is judged";
+  }
   if (a.word.verdict == Verdict::undecided)
     return a.nees.reason.empty() ? answer : answer + ": " + a.nees.reason;
   if (!evidence.has_truth) {
@@ -166,7 +190,7 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   add_verdict(table, "NEES", a.nees);
   add_verdict(table, "NIS", a.nis);
   const std::vector<const BlockVerdict*> blocks = blocks_in_order(logs.analysis);
-  for (const BlockVerdict* block : worst_of(logs.analysis.evidence, blocks, most_blocks)) {
+  for (const BlockVerdict* block : worst_of(logs.analysis, blocks, most_blocks)) {
     add_verdict(table, "NEES of " + block->name, block->verdict);
   }
   if (blocks.size() > most_blocks) {
@@ -183,6 +207,7 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
         fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
                     kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
   }
+  if (table.rows.empty()) table.columns.clear();
   if (rejects_alone(a)) {
     table.notes.push_back(
         fmt::format("Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "

@@ -133,6 +133,16 @@ TEST(HtmlPage, TablesSayAndColourVerdicts) {
   EXPECT_THAT(body, HasSubstr("<b>Table 1.</b> Verdicts"));
 }
 
+TEST(HtmlPage, OfATableWithoutColumnsTheNotesStay) {
+  Document document("Study");
+  document.table({"Verdicts", {}, {}, {"nothing to judge"}});
+  document.table({"Runs", {{"run"}}, {}, {}});
+  const std::string body = body_of(document);
+  EXPECT_EQ(xml_problem(body), "");
+  EXPECT_THAT(body, HasSubstr("<p class=\"notes\">nothing to judge</p>"));
+  EXPECT_THAT(body, HasSubstr("<b>Table 1.</b> Runs"));
+}
+
 TEST(HtmlPage, AnIntervalMayGoBelowItsNumber) {
   ReportTable table{"NEES", {{"of the pose", ColumnAlign::words}}, {}, {}};
   for (const char* text : {"1.02 (0.98 … 1.06)", "ekf (1.57 times)", "two words (and more)", "(alone)",

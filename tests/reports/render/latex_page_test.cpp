@@ -29,6 +29,12 @@ TEST(LatexPage, TablesAreTabularsAndSentencesComments) {
             "% Of 5 % of all.\n");
 }
 
+TEST(LatexPage, OfATableWithoutColumnsTheNotesStay) {
+  Document document("Study");
+  document.brief.emplace_back(ReportTable{"Answer", {}, {}, {"n = 0"}});
+  EXPECT_EQ(latex_page(document), "% \\usepackage{booktabs}\n% n = 0\n");
+}
+
 TEST(LatexPage, ATableKeepsItsColumnsWhereTheFirstHasNoTitle) {
   ReportTable table{"Noise", {{"", ColumnAlign::words}, {"present"}, {"tuned"}}, {}, {}};
   table.add({"", 1, 2});

@@ -114,5 +114,9 @@ TEST(TextTable, AnEmptyTableHasAHeader) {
   EXPECT_EQ(text_table({"", {{"a", ColumnAlign::words}}, {}, {"n = 0"}}), "a\n─\n\nn = 0\n");
 }
 
+TEST(TextTable, OfATableWithoutColumnsTitleAndNotesStay) {
+  EXPECT_EQ(text_table({"Answer", {}, {}, {"n = 0"}}), "Answer\n\nn = 0\n");
+}
+
 }  // namespace
 }  // namespace credence::internal

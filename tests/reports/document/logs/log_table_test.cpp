@@ -64,6 +64,14 @@ TEST(LogTable, ThePoseStandsFirstThenItsPartsThenTheOrderOfTheLog) {
   EXPECT_EQ(three.rows[1][2].text, "5.000") << "each with its own numbers";
 }
 
+TEST(LogTable, AShortTableHasTheBlockThatTheAnswerNames) {
+  CheckedLogs logs = logs_with({{"pose", Part::pose}, {"a", Part::other}, {"map", Part::map}});
+  logs.analysis.judgement.blocks[1].verdict = verdict_of(9.0, Verdict::optimistic);
+  logs.analysis.judgement.word.verdict = Verdict::optimistic;
+  logs.analysis.judgement.word.says = "optimistic in map from step 4 on";
+  EXPECT_THAT(row_titles(log_verdicts(logs, 2)), ElementsAre("NEES", "NEES of pose", "NEES of map"));
+}
+
 TEST(LogTable, ARowHasVerdictMeanBoundsAndCount) {
   CheckedLogs logs = logs_with();
   logs.analysis.judgement.nis = verdict_of(2.75, Verdict::optimistic);
@@ -90,6 +98,18 @@ TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   Judgement& judgement = logs.analysis.judgement;
   judgement.word.verdict = Verdict::undecided;
   EXPECT_EQ(log_answer(logs), asked + "undecided");
+  judgement.nees.count = 0;
+  judgement.nees.reason = "no data";
+  EXPECT_EQ(log_answer(logs), asked +
+                                  "undecided: there is no truth to compare with, and there are no "
+                                  "innovations; nothing is judged");
+  logs.analysis.evidence.has_truth = true;
+  EXPECT_THAT(log_answer(logs),
+              HasSubstr("undecided: no row has an error with a variance, and there are no "));
+  logs.analysis.evidence.has_truth = false;
+  logs.analysis.evidence.rejected["P is not symmetric"] = {.count = 3, .first = "a.csv:7"};
+  EXPECT_EQ(log_answer(logs), asked + "undecided: no data") << "they were there";
+  judgement.nees.count = 30;
   judgement.nees.reason = "one run is too short";
   EXPECT_EQ(log_answer(logs), asked + "undecided: one run is too short");
   judgement.word.verdict = Verdict::optimistic;
