@@ -139,6 +139,14 @@ std::size_t best_study(const SweepAnalysis& sweep) {
   return best;
 }
 
+/// Of a scenario that varies nothing, or by one value: no counts.
+ReportAnswer one_configuration(Verdict verdict, std::size_t unsafe, std::size_t failing) {
+  const std::string failed = failing > 0 ? "; runs of it failed" : "";
+  if (unsafe > 0) return {CellTone::alarm, "The only configuration cannot be trusted" + failed};
+  return {failing > 0 ? CellTone::caution : verdict_cell(verdict).tone,
+          fmt::format("The only configuration is {}{}", to_string(verdict), failed)};
+}
+
 ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
   std::size_t unsafe = 0, pessimistic = 0, consistent = 0, failing = 0;
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
@@ -151,6 +159,7 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
   const std::size_t n = sweep.studies.size(), best = best_study(sweep);
   if (n == 0) return {CellTone::caution, "No configuration has results yet"};
   const std::size_t asked = sweep.plan.points.size();
+  if (n == 1 && asked == 1) return one_configuration(overall_verdict(sweep.studies[0]), unsafe, failing);
   std::string counts =
       fmt::format("{} {} cannot be trusted, {} {} pessimistic, {} consistent",
                   n < asked ? fmt::format("Of the {} of {} configurations that have results so far", n, asked)
@@ -158,8 +167,6 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
                   unsafe, pessimistic, pessimistic == 1 ? "is" : "are", consistent);
   if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
   if (best == n) return {CellTone::alarm, counts};
-  // Of a scenario that varies nothing there is one configuration, which has no name.
-  if (sweep.plan.axes.empty()) return {unsafe + failing > 0 ? CellTone::caution : CellTone::good, counts};
   return {unsafe + failing > 0 ? CellTone::caution : CellTone::good,
           fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
 }

@@ -116,7 +116,7 @@ std::string found_noise_text(const Tuning& tuning) {
   std::string found;
   for (const TunedParameter& p : tuning.parameters) {
     if (!p.identifiable) continue;
-    append_item(found, fmt::format("{} = {} ({})", p.name, number_text(p.value, 3),
+    append_item(found, fmt::format("{} = {} ({})", p.name, number_text(p.value, 4),
                                    tuned_interval_text(p.lower, p.upper)));
   }
   return found;

@@ -93,6 +93,19 @@ TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
               testing::StartsWith("Of the 1 of 3 configurations that have results so far "));
 }
 
+TEST(SweepDocument, OneConfigurationIsNotCounted) {
+  SweepAnalysis one = sweep_of(1, "[2]");
+  StudyAnalysis& study = one.studies.front();
+  study.word.verdict = Verdict::consistent;
+  EXPECT_EQ(sweep_document(one).answer.text, "The only configuration is consistent");
+  study.word.verdict = Verdict::undecided;
+  EXPECT_EQ(sweep_document(one).answer.text, "The only configuration is undecided");
+  study.statistics.failures = {{.run = 3, .step = 2, .outcome = Outcome::diverged}};
+  const ReportAnswer failed = sweep_document(one).answer;
+  EXPECT_EQ(failed.text, "The only configuration is undecided; runs of it failed");
+  EXPECT_EQ(failed.tone, CellTone::caution);
+}
+
 TEST(SweepDocument, NamesTheConfigurationsInWhichAnIterationDidNotSettle) {
   SweepAnalysis sweep = sweep_of(3);
   const auto said = [&] {

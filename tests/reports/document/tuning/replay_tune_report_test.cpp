@@ -84,9 +84,8 @@ TEST(ReplayTuneReport, TheVerdictOnWhatWasLeftOutIsThatOfTheMeanElseMixed) {
 TEST(ReplayTuneReport, TheAnswerIsOfWhatWasLeftOut) {
   const ReportAnswer answer = shown_tuning(tuned_logs()).answer;
   EXPECT_EQ(answer.text,
-            "2 logs asks for noise.range_std = 0.200 (0.1500 … 0.2500); on parts that it was not tuned on "
-            "the filter "
-            "is consistent, mean NIS 2.02 where 2.00 is expected (5.40 before)");
+            "The data of 2 logs ask for noise.range_std = 0.2000 (0.1500 … 0.2500); on parts that it was not "
+            "tuned on the filter is consistent, mean NIS 2.02 where 2.00 is expected (5.40 before)");
   EXPECT_EQ(answer.tone, CellTone::good);
   ReplayTuning mixed = tuned_logs();
   mixed.after.adjusted_p_value[2] = 0.001;

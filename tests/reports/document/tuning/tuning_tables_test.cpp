@@ -84,10 +84,10 @@ TEST(TuningTables, TheDocumentSaysNullWithItsReasonAndNeverInfinity) {
 }
 
 TEST(TuningTables, WhatIsFoundIsNamedWithItsIntervalAndNothingElseIs) {
-  EXPECT_EQ(found_noise_text(one_of_three()), "filter.Q[1,1] = 0.100 (0.08000 … 0.1250)");
+  EXPECT_EQ(found_noise_text(one_of_three()), "filter.Q[1,1] = 0.1000 (0.08000 … 0.1250)");
   Tuning two = one_of_three();
   two.parameters[2] = {.name = "r", .value = 2.0, .lower = 1.0, .upper = kNoLimit, .identifiable = true};
-  EXPECT_EQ(found_noise_text(two), "filter.Q[1,1] = 0.100 (0.08000 … 0.1250), r = 2.00 (1.000 … ∞)");
+  EXPECT_EQ(found_noise_text(two), "filter.Q[1,1] = 0.1000 (0.08000 … 0.1250), r = 2.000 (1.000 … ∞)");
   EXPECT_EQ(found_noise_text(Tuning{}), "");
 }
 
