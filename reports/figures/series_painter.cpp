@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t kThinAbove = 500;
 // What no eye and no printer tells from a straight line.
 constexpr double kStraight = 0.05;
+// Half the width that a lone point of a band or of a dashed or dotted line is drawn with.
+constexpr double kLonePoint = 0.75;
 
 constexpr std::uint32_t kDarkWords = 0x000000, kLightWords = 0xffffff;
 
@@ -48,6 +50,11 @@ CanvasPath staircase(const CanvasPath& curve) {
     steps.push_back(point);
   }
   return steps;
+}
+
+CanvasPath widened(const CanvasPath& point) {
+  const CanvasPoint at = point.front();
+  return {{at.x - kLonePoint, at.y}, {at.x + kLonePoint, at.y}};
 }
 
 }  // namespace
@@ -126,13 +133,20 @@ void SeriesPainter::areas(const Series& series, const std::vector<CanvasPath>& o
   has_painted_ = true;
 }
 
-// A point without neighbours has no line; it is shown by a marker.
+// A point without neighbours has no line; it is shown by a marker or, of what is expected or accepted, by a
+// stroke as short: markers would look like data.
 void SeriesPainter::curve(const Series& series) {
   std::vector<CanvasPath> curves;
   std::vector<CanvasPath> lone;
-  for (const CanvasPath& curve : scale_.curves(series.x, series.y)) {
+  const std::vector<CanvasPath> pieces = scale_.curves(series.x, series.y);
+  const bool by_marker = pen_of(series).stroke == StrokeStyle::solid || pieces.size() == 1;
+  for (const CanvasPath& curve : pieces) {
     if (curve.size() == 1) {
-      lone.push_back(curve);
+      if (by_marker) {
+        lone.push_back(curve);
+      } else {
+        curves.push_back(widened(curve));
+      }
     } else {
       curves.push_back(thinned(series.kind == SeriesKind::steps ? staircase(curve) : curve));
     }
@@ -160,6 +174,10 @@ void SeriesPainter::band(const Series& series) {
   CanvasPath lower;
   const auto close = [&] {
     if (upper.empty()) return;
+    if (upper.size() == 1) {
+      upper = widened(upper);
+      lower = widened(lower);
+    }
     CanvasPath outline = thinned(std::exchange(upper, {}));
     const CanvasPath back = thinned(std::exchange(lower, {}));
     outline.insert(outline.end(), back.rbegin(), back.rend());

@@ -423,10 +423,11 @@ Panel accuracy_panel(const std::string& title, const char* y_label, const StepTi
 
 /// Without panels where there is no bound.
 Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
-  Figure figure{.name = name + "-accuracy",
-                .caption =
-                    "Root mean squared errors over the runs, what P says of them, what a filter would "
-                    "claim with its Jacobians at the truth, and the posterior Cramér-Rao bound."};
+  Figure figure{
+      .name = name + "-accuracy",
+      .caption =
+          "Root mean squared errors over the runs, what P says of those of positions, what a filter would "
+          "claim with its Jacobians at the truth, and the posterior Cramér-Rao bound."};
   if (!a.bound) return figure;
   const StepTimes* const times = a.nees.times.get();
   const Index landmarks = block_layout(a.scenario).landmarks;

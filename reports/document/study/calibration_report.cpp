@@ -166,11 +166,12 @@ ReportTable sigma_table(const Calibration& c, std::span<const std::string> state
 
 Figure sigma_figure(const std::string& name, const Calibration& c, std::span<const std::string> states) {
   constexpr std::size_t kPanels = 6;
-  Figure figure{.name = name + "-sigma",
-                .caption =
-                    "The σ that the errors have, which is the claimed one times √(mean e²/σ²), against the σ "
-                    "that the filter claims, in ranges of it: points above the line are optimistic, points "
-                    "below it pessimistic; bars are intervals."};
+  Figure figure{
+      .name = name + "-sigma",
+      .caption =
+          "The σ that the errors have, which is the claimed one times √(mean e²/σ²), against the σ "
+          "that the filter claims, in ranges of it, in the unit of the state (angles in rad): points "
+          "above the line are optimistic, points below it pessimistic; bars are intervals."};
   for (std::size_t i = 0; i < c.bins.size() && figure.panels.size() < kPanels;) {
     std::size_t end = i;
     while (end < c.bins.size() && c.bins[end].state == c.bins[i].state) ++end;

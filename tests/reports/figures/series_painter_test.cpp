@@ -78,6 +78,27 @@ TEST(SeriesPainter, ABandIsAnAreaForEachUnbrokenStretch) {
   EXPECT_THAT(paper.canvas.lines, IsEmpty());
 }
 
+// Where every second step has no data there are no stretches, and markers of bounds would look like data.
+TEST(SeriesPainter, LonePointsOfBoundsAreShortStrokesAndOfDataMarkers) {
+  const FigureData x = {1, 2, 3}, y = {1, kNaN, 2};
+  const SeriesOnPaper bound({line_series("", ColourRole::bound, x, y)});
+  EXPECT_THAT(
+      bound.canvas.lines_of(ColourRole::bound),
+      ElementsAre(CanvasPath{{109.25, 130}, {110.75, 130}}, CanvasPath{{129.25, 110}, {130.75, 110}}));
+  EXPECT_THAT(bound.canvas.areas, IsEmpty());
+  const SeriesOnPaper data({line_series("", ColourRole::estimate, x, y)});
+  const SeriesOnPaper one({line_series("", ColourRole::bound, {1}, {1})});
+  EXPECT_THAT(data.canvas.lines, SizeIs(2));
+  EXPECT_THAT(one.canvas.lines, SizeIs(1)) << "a short stroke alone would not be seen";
+  for (const SeriesOnPaper* dots : {&data, &one}) {
+    for (const RecordingCanvas::Line& dot : dots->canvas.lines) {
+      EXPECT_EQ(dot.path.front().x, dot.path.back().x) << "a dot is a round end of no length";
+    }
+  }
+  const SeriesOnPaper band({band_series("", ColourRole::estimate, x, y, {2, kNaN, 3})});
+  EXPECT_THAT(band.outlines(), SizeIs(2));
+}
+
 TEST(SeriesPainter, PolygonsAreClosedAndFilledIfAsked) {
   Series corner = polygon_series("", ColourRole::estimate, {1, 3, 3}, {1, 1, 2});
   const CanvasPath closed{{110, 130}, {130, 130}, {130, 110}, {110, 130}};
