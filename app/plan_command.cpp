@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "analysis/studies/study_plan.h"
@@ -34,10 +35,13 @@ std::vector<const SweepPoint*> pilot_points(const SweepPlan& sweep) {
   return points;
 }
 
-/// One after the other, with progress.
+/// One after the other, with progress: by pilots, of a single one by its steps.
 std::vector<StudyPlan> plans_of(const std::vector<const SweepPoint*>& points, const PlanCommand& command) {
   std::vector<StudyPlan> plans;
-  ProgressDisplay display("plan", command.quiet, "pilots");
+  const bool single = points.size() == 1;
+  std::optional<StepDisplay> steps;
+  if (single) steps.emplace("plan", command.quiet, "steps of a pilot");
+  ProgressDisplay display("plan", command.quiet || single, "pilots");
   for (const SweepPoint* point : points) {
     plans.push_back(naming_file(command.scenario, [&] {
       return plan_study(point->scenario, *make_experiment(point->scenario), command.question);

@@ -53,6 +53,7 @@ std::string proposal(const std::string& name) {
 
 /// The program's scenario that is meant, if no file is.
 std::optional<OwnScenario> own_unless_file(const std::string& name) {
+  if (name.empty()) throw ScenarioError("the name of a scenario is empty");
   std::error_code error;
   const bool exists = fs::exists(name, error);
   if (exists && !fs::is_directory(name, error)) return std::nullopt;

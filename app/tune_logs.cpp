@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
@@ -16,6 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// "a.csv", "a.csv and 2 more"
+std::string names_of(const std::vector<fs::path>& files) {
+  std::string names = files.front().string();
+  if (files.size() > 1) names += fmt::format(" and {} more", files.size() - 1);
+  return names;
+}
+
 }  // namespace
 
 int tune_logs(const TuneOptions& options) {
@@ -31,7 +40,11 @@ int tune_logs(const TuneOptions& options) {
     return read_innovations(
         files, [&](const fs::path& file, LogSink& sink) { log_format_of(file).read(file, reading, sink); });
   }();
-  if (records.empty()) throw std::invalid_argument("the logs hold no innovations with their covariance");
+  if (records.empty()) {
+    throw std::invalid_argument(fmt::format(
+        "{}: no innovations with their covariance, which are what a log is tuned by; check judges errors",
+        names_of(files)));
+  }
   std::vector<InnovationTuning> sensors;
   sensors.reserve(records.size());
   for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kTuneConfidence));

@@ -78,5 +78,15 @@ TEST_F(Progress, CountsTheRunsInHand) {
   }
 }
 
+TEST_F(Progress, OfAPlanIsThatOfItsPilot) {
+  write("p.toml", kLongChunk);
+  const pid_t child =
+      start_program({"sh", "-c", "exec " + credence_binary().string() + " plan p.toml > out 2> err"});
+  const std::regex some("plan: [1-9][0-9]* steps of a pilot in ");
+  wait_for([&] { return std::regex_search(read("err"), some); });
+  kill(child, SIGINT);
+  EXPECT_EQ(finish(child).code, 130);
+}
+
 }  // namespace
 }  // namespace credence::internal

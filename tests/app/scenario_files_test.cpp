@@ -55,6 +55,7 @@ TEST_F(ScenarioFiles, WhatMayBeMeantIsSaidInOneSentence) {
 TEST_F(ScenarioFiles, WhatIsNeitherIsRefusedWithWhatMayBeMeant) {
   fs::create_directories(folder_ / "folder");
   EXPECT_THAT(short_run("folder").err, HasSubstr("folder: is a directory; a scenario is a TOML file"));
+  EXPECT_EQ(short_run("").err, "credence: the name of a scenario is empty\n");
   EXPECT_THAT(short_run("trackin").err, HasSubstr("did you mean tracking, which comes with the program?"));
   EXPECT_THAT(short_run("zzzzzzzz").err, HasSubstr("credence list names those that come with the program"));
   write("mine.toml", "[world]\nmodel = \"monobot\"\n");

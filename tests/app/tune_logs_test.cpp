@@ -37,7 +37,12 @@ TEST_F(TuneLogs, WithoutInnovationsThereIsNothingToTune) {
   write("errors.csv", "error.x,P.1.1\n0.5,1\n-0.5,1\n");
   const Finished f = run({"tune", "errors.csv"});
   EXPECT_EQ(f.code, 2);
-  EXPECT_EQ(f.err, "credence: the logs hold no innovations with their covariance\n");
+  EXPECT_EQ(f.err,
+            "credence: errors.csv: no innovations with their covariance, which are what a log is tuned by; "
+            "check judges errors\n");
+  write("more.csv", "error.x,P.1.1\n0.5,1\n-0.5,1\n");
+  EXPECT_NE(run({"tune", "errors.csv", "more.csv"}).err.find("errors.csv and 1 more: no innovations"),
+            std::string::npos);
 }
 
 /// White innovations of these standard deviations, a thousand of each in turn, where S says 1.
