@@ -38,18 +38,17 @@ const WordPart* foremost(std::span<const WordPart> parts, const JointTests& join
   return nullptr;
 }
 
-std::string says_of(std::span<const WordPart> parts, const JointTests& joint, double alpha) {
-  std::string text;
+void say(std::span<const WordPart> parts, const JointTests& joint, double alpha, Word& word) {
   const std::array sides{Verdict::optimistic, Verdict::pessimistic};
   for (std::size_t side = 0; side < 2; ++side) {
     const WordPart* const part = foremost(parts, joint, side, alpha);
     if (part == nullptr) continue;
     const std::string when = when_text(*part->verdict, sides[side]);
     append_item(
-        text, fmt::format("{} in {}{}{}", to_string(sides[side]), part->name, when.empty() ? "" : " ", when),
-        "; ");
+        word.says,
+        fmt::format("{} in {}{}{}", to_string(sides[side]), part->name, when.empty() ? "" : " ", when), "; ");
+    word.named.push_back(part->name);
   }
-  return text;
 }
 
 }  // namespace
@@ -91,10 +90,11 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   const Verdict verdict = direction_of(joint.optimistic(alpha), joint.pessimistic(alpha));
   Word word{.verdict = verdict,
             .p_value = joint.p_value,
-            .says = says_of(parts, joint, alpha),
+            .says = {},
             .of_lost_runs = false,
             .of_S_alone = is_inconsistent(verdict),
             .joined = {}};
+  say(parts, joint, alpha, word);
   bool undecided = std::isnan(joint.p_value);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const double up = joint.adjusted[i][0], down = joint.adjusted[i][1];

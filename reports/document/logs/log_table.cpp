@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -113,26 +112,15 @@ int rank_of(const Evidence& evidence, const std::string& block) {
                                          : 3;
 }
 
-/// Whether a sentence has these words, not as a part of others: "landmark1" is none of "landmark10".
-bool has_words(std::string_view sentence, std::string_view words) {
-  const auto ends = [](std::string_view rest) {
-    return rest.empty() || std::string_view(" ,;").find(rest.front()) != std::string_view::npos;
-  };
-  for (std::size_t at = sentence.find(words); at != std::string_view::npos;
-       at = sentence.find(words, at + 1)) {
-    if ((at == 0 || sentence[at - 1] == ' ') && ends(sentence.substr(at + words.size()))) return true;
-  }
-  return false;
-}
-
 /// The blocks that a short table has, in their order: those that the answer names, the pose and its parts,
 /// then the inconsistent ones before the others, and of these the ones that are wrong by the largest factor.
 std::vector<const BlockVerdict*> worst_of(const LogAnalysis& a, std::vector<const BlockVerdict*> blocks,
                                           std::size_t most) {
   const auto matters = [&a](const BlockVerdict* b) {
     const double factor = std::abs(std::log(b->verdict.mean / b->verdict.expected));
-    return std::tuple(has_words(a.judgement.word.says, b->name), -rank_of(a.evidence, b->name),
-                      is_inconsistent(b->verdict.verdict), std::isnan(factor) ? 0.0 : factor);
+    const bool named = std::ranges::count(a.judgement.word.named, b->name) > 0;
+    return std::tuple(named, -rank_of(a.evidence, b->name), is_inconsistent(b->verdict.verdict),
+                      std::isnan(factor) ? 0.0 : factor);
   };
   std::vector<const BlockVerdict*> worst = blocks;
   std::ranges::stable_sort(worst, std::ranges::greater(), matters);

@@ -48,6 +48,7 @@ TEST(Word, OfOneStepNothingIsSaidOfWhen) {
   one.count = one.steps_tested = 1;
   one.steps.resize(1);
   EXPECT_EQ(word_of(one, says(1.0, 1.0), {}, 0.95).says, "optimistic in NEES");
+  EXPECT_EQ(word_of(one, says(1.0, 1.0), {}, 0.95).named, std::vector<std::string>{"NEES"});
 }
 
 TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {

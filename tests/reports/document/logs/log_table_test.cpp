@@ -68,7 +68,7 @@ TEST(LogTable, AShortTableHasTheBlockThatTheAnswerNames) {
   CheckedLogs logs = logs_with({{"pose", Part::pose}, {"a", Part::other}, {"map", Part::map}});
   logs.analysis.judgement.blocks[1].verdict = verdict_of(9.0, Verdict::optimistic);
   logs.analysis.judgement.word.verdict = Verdict::optimistic;
-  logs.analysis.judgement.word.says = "optimistic in map from step 4 on";
+  logs.analysis.judgement.word.named = {"map"};
   EXPECT_THAT(row_titles(log_verdicts(logs, 2)), ElementsAre("NEES", "NEES of pose", "NEES of map"));
 }
 
