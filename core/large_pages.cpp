@@ -1,6 +1,5 @@
 #include "core/large_pages.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <utility>
 
 #include "analysis/laws/mean/student.h"
 #include "core/nan.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "analysis/calibration/calibration.h"
 #include "analysis/laws/chi_square/chi_square.h"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
 namespace credence::internal {

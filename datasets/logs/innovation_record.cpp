@@ -1,7 +1,6 @@
 #include "datasets/logs/innovation_record.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 

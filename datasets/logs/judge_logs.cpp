@@ -7,7 +7,6 @@
 #include <exception>
 #include <iterator>
 #include <mutex>
-#include <optional>
 #include <utility>
 
 #include "analysis/evidence/sums/run_innovations.h"

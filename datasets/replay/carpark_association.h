@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "datasets/replay/beacon_extraction.h"
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/replay_filter.h"
 

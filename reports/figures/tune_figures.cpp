@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/tuning/score_shape.h"

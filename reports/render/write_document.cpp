@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "montecarlo/engine/result_store.h"

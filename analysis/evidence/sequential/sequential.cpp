@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
-#include <vector>
 
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/require.h"

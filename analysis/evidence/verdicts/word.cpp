@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "analysis/laws/joint/joint_tests.h"
 #include "core/append_item.h"
-#include "core/nan.h"
 
 namespace credence::internal {
 namespace {

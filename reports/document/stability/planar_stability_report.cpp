@@ -9,7 +9,6 @@
 #include "core/nan.h"
 #include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/registry.h"
 #include "reports/document/stability/stability_report.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
