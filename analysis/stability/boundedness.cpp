@@ -31,10 +31,10 @@ std::string_view to_string(BoundednessReason reason) {
   return "undecided";
 }
 
-ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt, double psd_tolerance) {
-  const MarginalModes modes = marginal_modes(F, H, Qt, psd_tolerance);
+ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt) {
+  const MarginalModes modes = marginal_modes(F, H, Qt);
   ExactBoundedness result;
-  result.noise = psd_rank(Qt, psd_tolerance);
+  result.noise = psd_rank(Qt);
   result.observability = modes.observability.decision;
   if (!modes.ok) return result;
   result.unobserved = modes.undetectable.cols();
@@ -43,9 +43,8 @@ ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt, doubl
   return result;
 }
 
-PaperBoundedness paper_boundedness(MatrixRef inflation, Index observability_rank, double psd_tolerance) {
-  return {.inflation_rank = psd_rank(inflation, psd_tolerance).rank,
-          .observability_rank = observability_rank};
+PaperBoundedness paper_boundedness(MatrixRef inflation, Index observability_rank) {
+  return {.inflation_rank = psd_rank(inflation).rank, .observability_rank = observability_rank};
 }
 
 AccumulatedNoise::AccumulatedNoise(Index state_dim)
@@ -83,8 +82,9 @@ ExactBoundedness exact_boundedness(const AccumulatedNoise& noise, const Observab
   return result;
 }
 
-MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Matrix& P0, int doublings) {
-  const RiccatiGrowth growth = riccati_growth(problem, P0, doublings);
+MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Matrix& P0) {
+  constexpr int kDoublings = 21;
+  const RiccatiGrowth growth = riccati_growth(problem, P0, kDoublings);
   MeasuredBoundedness measured;
   measured.bounded = !growth.grows();
   measured.growth_exponent = growth.exponent();

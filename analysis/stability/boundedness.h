@@ -41,9 +41,8 @@ struct ExactBoundedness {
 ///
 /// For another F the same on the modes with |λ| ≥ 1: N_o is then the unobservable subspace of those, and Z
 /// the left eigenvectors on the unit circle that no noise touches; an unobservable |λ| > 1 is unbounded.
-/// Compare with `measure_boundedness`. The rank of Q_t is decided with `psd_tolerance`. O(n³).
-ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt,
-                                   double psd_tolerance = kPsdRankTolerance);
+/// Compare with `measure_boundedness`. O(n³).
+ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt);
 
 /// The paper's eq. (22), rank ΔP ≤ rank O: necessary in a weaker form only, and not sufficient.
 struct PaperBoundedness {
@@ -54,8 +53,7 @@ struct PaperBoundedness {
 };
 
 /// Eq. (22) for a constant ΔP and rank O as decided by `exact_boundedness` or `observability`.
-PaperBoundedness paper_boundedness(MatrixRef inflation, Index observability_rank,
-                                   double psd_tolerance = kPsdRankTolerance);
+PaperBoundedness paper_boundedness(MatrixRef inflation, Index observability_rank);
 
 /// Noise summed in coordinates of the first step, where unobservable directions are constant:
 /// S = Σ Φ_{k+1}⁻¹ (G Q Gᵀ + ΔP)_k Φ_{k+1}⁻ᵀ, Φ_{k+1} = F_k Φ_k.
@@ -97,7 +95,7 @@ struct MeasuredBoundedness {
   std::vector<double> traces;       ///< tr P after 2^k steps
 };
 
-/// Follows P from P0 through up to 2^doublings steps: bounded unless `RiccatiGrowth::grows`.
-MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Matrix& P0, int doublings = 21);
+/// Follows P from P0 through up to 2²¹ steps: bounded unless `RiccatiGrowth::grows`.
+MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Matrix& P0);
 
 }  // namespace credence::internal

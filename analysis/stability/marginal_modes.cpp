@@ -37,9 +37,9 @@ RankDecision pair_subspaces(const Matrix& left, const Matrix& right) {
   return decision;
 }
 
-MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt, double psd_tolerance) {
+MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt) {
   MarginalModes modes;
-  modes.noise = controllability(F, psd_range(Qt, psd_tolerance));
+  modes.noise = controllability(F, psd_range(Qt));
   modes.observability = observability(F, H);
   modes.ok = find_undetectable(F, modes) && find_untouched(F, modes);
   if (modes.ok) {

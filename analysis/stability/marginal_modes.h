@@ -36,8 +36,7 @@ struct MarginalModes {
 /// Finds them by staircases and Schur forms. O(n³). Shapes as in RiccatiProblem; for best numbers the
 /// states should be scaled. The tolerances are kRankTolerance, kPsdRankTolerance (for Qt) and those of
 /// classify_unit_circle.
-MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt,
-                             double psd_tolerance = kPsdRankTolerance);
+MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt);
 
 /// Rank of leftᵀ · right for orthonormal columns, by the cosines of the angles between their spans.
 RankDecision pair_subspaces(const Matrix& left, const Matrix& right);

@@ -32,8 +32,7 @@ struct InnovationTests {
   GoodnessOfFit fit;                     ///< against the χ² law; assumes it too
   WhitenessTest whiteness;               ///< lags 1 to 10
   Vector mean;                           ///< of the whitened innovation, in standard deviations
-  double mean_p_value = 0.0;             ///< Hotelling's T² over stretches; NaN with mean_reason
-  std::string_view mean_reason = {};     ///< why the mean is not tested, else empty
+  double mean_p_value = 0.0;             ///< Hotelling's T² over stretches; NaN where it is not made
   NoiseScale noise_scale;                ///< assumes neither whiteness nor a law
   std::vector<double> adjusted_p_value;  ///< Holm over: sum, fit, whiteness, mean
 };

@@ -10,6 +10,9 @@ namespace {
 
 constexpr double kDegreesPerBeam = 0.5;
 constexpr double kFirstBeamDeg = -90.0;
+constexpr double kNearestBeaconM = 1.0, kFarthestBeaconM = 30.0;  // exclusive
+constexpr Index kBeamGap = 3;         // beams this far apart may be one beacon, inclusive
+constexpr double kBeaconStepM = 1.0;  // between neighbours of one beacon, exclusive
 
 BeaconObservation mean_of(const std::vector<Index>& beams, const Vector& range_m) {
   double range = 0, beam = 0;
@@ -24,16 +27,16 @@ BeaconObservation mean_of(const std::vector<Index>& beams, const Vector& range_m
 
 }  // namespace
 
-std::vector<BeaconObservation> extract_beacons(const CarparkScan& scan, const BeaconExtraction& settings) {
+std::vector<BeaconObservation> extract_beacons(const CarparkScan& scan) {
   if (scan.range_m.size() != scan.intensity.size())
     throw std::invalid_argument("a laser scan has as many intensities as ranges");
   std::vector<BeaconObservation> observations;
   std::vector<Index> cluster;
   for (Index k = 0; k < scan.range_m.size(); ++k) {
     const double range = scan.range_m(k);
-    if (scan.intensity(k) <= 0 || range <= settings.min_range_m || range >= settings.max_range_m) continue;
-    const bool joins = !cluster.empty() && k - cluster.back() <= settings.max_beam_gap &&
-                       std::abs(range - scan.range_m(cluster.back())) < settings.max_range_step_m;
+    if (scan.intensity(k) <= 0 || range <= kNearestBeaconM || range >= kFarthestBeaconM) continue;
+    const bool joins = !cluster.empty() && k - cluster.back() <= kBeamGap &&
+                       std::abs(range - scan.range_m(cluster.back())) < kBeaconStepM;
     if (!joins && !cluster.empty()) {
       observations.push_back(mean_of(cluster, scan.range_m));
       cluster.clear();

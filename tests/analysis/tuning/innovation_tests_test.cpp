@@ -64,7 +64,6 @@ TEST(RecordedInnovations, ABiasAndCorrelationAreFound) {
 
 TEST(RecordedInnovations, OfTooShortARecordingTheMeanIsNotTested) {
   const InnovationTests tests = test_recorded_innovations(std::vector{white_innovations(10, 1, 7)}, 0.95);
-  EXPECT_EQ(tests.mean_reason, "the recording is too short for its correlation in time");
   EXPECT_TRUE(std::isnan(tests.mean_p_value));
   const InnovationTests none = test_recorded_innovations(std::vector{RecordedInnovations{}}, 0.95);
   EXPECT_EQ(none.nis.verdict, Verdict::undecided);
