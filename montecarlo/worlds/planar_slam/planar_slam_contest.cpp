@@ -3,6 +3,7 @@
 #include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/contest_player.h"
 #include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/planar_slam/odometry_bound.h"
@@ -58,7 +59,15 @@ class PlanarSlamContest final : public EstimatorContest {
 
   Index steps() const override { return std::ssize(world_.plane.controls); }
   std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {
-    return std::make_unique<Player>(*this, names);
+    std::vector<EstimatorRun> runs;
+    for (const std::string& name : names) {
+      runs.emplace_back(world_, scenario_estimator(scenario_, world_, name));
+    }
+    auto judge = [judges = std::vector<StepJudge>(names.size())](std::size_t e, const EstimatorRun& run,
+                                                                 bool with_map) mutable {
+      return judges[e].judge(run, with_map);
+    };
+    return contest_player(*this, OdometrySimulation(world_, source_), std::move(runs), std::move(judge));
   }
   EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
   Index unknowns() const override { return 3 + 2 * world_.plane.states(); }
@@ -71,43 +80,6 @@ class PlanarSlamContest final : public EstimatorContest {
   }
 
  private:
-  class Player final : public EstimatorPlayer {
-   public:
-    Player(const PlanarSlamContest& contest, std::span<const std::string> names)
-        : contest_(contest), simulation_(contest.world_, contest.source_), judges_(names.size()) {
-      for (const std::string& name : names) {
-        runs_.emplace_back(contest.world_, scenario_estimator(contest.scenario_, contest.world_, name));
-      }
-    }
-
-    void play(std::int64_t r, EstimatorListener& listener) override {
-      const Pose estimate = simulation_.start(r);
-      for (EstimatorRun& run : runs_) run.start(estimate);
-      stopped_.assign(runs_.size(), false);
-      for (Index k = 1; k <= contest_.steps(); ++k) {
-        const Control read = simulation_.read(static_cast<std::size_t>(k));
-        const auto seen = simulation_.observe(static_cast<std::size_t>(k));
-        for (std::size_t e = 0; e < runs_.size(); ++e) {
-          if (stopped_[e]) continue;
-          const Outcome outcome = runs_[e].step(static_cast<std::size_t>(k), read, seen);
-          if (outcome != Outcome::ok) {
-            stopped_[e] = true;
-            listener.failed(e, k, outcome);
-          } else {
-            stopped_[e] = !listener.take(e, k, judges_[e].judge(runs_[e], k % contest_.map_stride() == 0));
-          }
-        }
-      }
-    }
-
-   private:
-    const PlanarSlamContest& contest_;
-    OdometrySimulation simulation_;
-    std::vector<EstimatorRun> runs_;
-    std::vector<StepJudge> judges_;
-    std::vector<bool> stopped_;
-  };
-
   Scenario scenario_;
   OdometryWorld world_;
   NoiseSource source_;

@@ -1,9 +1,9 @@
 #include <Eigen/QR>
 #include <map>
 
-#include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/contest_player.h"
 #include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/spatial_slam/spatial_bound.h"
@@ -15,27 +15,35 @@ namespace {
 constexpr Index kUnknowns = 7;            // the pose, and a measure of rounding
 constexpr Index kSpatialMapStride = 100;  // its Cholesky factor costs as much as ten steps
 
-EstimatorStep judge(const SpatialSlam& filter, const SpatialTruth& truth, bool with_map, SingularNees& solver,
-                    SingularNees& map_solver) {
-  using enum EstimatorBlock;
-  const auto plane = filter.pose_error(truth.now, false), own = filter.pose_error(truth.now, true);
-  const SpatialSlam::PoseMatrix P = filter.pose_covariance(), P_own = filter.own_pose_covariance();
-  EstimatorStep step;
-  step[pose] = solver.solve(own, P_own);
-  step[plane_pose] = solver.solve(plane, P);
-  step[heading] = solver.solve(plane.tail<3>(), P.bottomRightCorner<3, 3>());
-  step[position] = solver.solve(plane.head<3>(), P.topLeftCorner<3, 3>());
-  step[chart_position] = solver.solve(own.head<3>(), P_own.topLeftCorner<3, 3>());
-  if (with_map && filter.size() > 6) {
-    const SpatialSlam::MapError of_map = filter.map_error(truth);
-    step[map] = map_solver.solve(of_map.error, of_map.P);
+/// What is judged of one estimator after the other, with the memory that this takes.
+class SpatialJudge {
+ public:
+  EstimatorStep operator()(std::size_t, const SpatialRun& run, bool with_map) {
+    using enum EstimatorBlock;
+    const SpatialSlam& filter = run.filter();
+    const SpatialTruth truth = run.truth();
+    const auto plane = filter.pose_error(truth.now, false), own = filter.pose_error(truth.now, true);
+    const SpatialSlam::PoseMatrix P = filter.pose_covariance(), P_own = filter.own_pose_covariance();
+    EstimatorStep step;
+    step[pose] = solver_.solve(own, P_own);
+    step[plane_pose] = solver_.solve(plane, P);
+    step[heading] = solver_.solve(plane.tail<3>(), P.bottomRightCorner<3, 3>());
+    step[position] = solver_.solve(plane.head<3>(), P.topLeftCorner<3, 3>());
+    step[chart_position] = solver_.solve(own.head<3>(), P_own.topLeftCorner<3, 3>());
+    if (with_map && filter.size() > 6) {
+      const SpatialSlam::MapError of_map = filter.map_error(truth);
+      step[map] = map_solver_.solve(of_map.error, of_map.P);
+    }
+    step.heading_squared = plane.tail<3>().squaredNorm();
+    step.position_squared = plane.head<3>().squaredNorm();
+    step.heading_variance = P.diagonal().tail<3>().sum();
+    step.position_variance = P.diagonal().head<3>().sum();
+    return step;
   }
-  step.heading_squared = plane.tail<3>().squaredNorm();
-  step.position_squared = plane.head<3>().squaredNorm();
-  step.heading_variance = P.diagonal().tail<3>().sum();
-  step.position_variance = P.diagonal().head<3>().sum();
-  return step;
-}
+
+ private:
+  SingularNees solver_, map_solver_;
+};
 
 /// What the rows of a run tell of the pose at its start once each landmark has been eliminated: of the rows
 /// [A, B] of one landmark those of Qᵀ A that Qᵀ B leaves empty. What the whole stack does not tell is what
@@ -84,7 +92,9 @@ class SpatialContest final : public EstimatorContest {
   Index steps() const override { return world_.steps(); }
   Index map_stride() const override { return kSpatialMapStride; }
   std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {
-    return std::make_unique<Player>(*this, names);
+    std::vector<SpatialRun> runs;
+    for (const std::string& name : names) runs.emplace_back(world_, spatial_kind(name));
+    return contest_player(*this, SpatialSimulation(world_, source_), std::move(runs), SpatialJudge());
   }
   EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
   Index unknowns() const override { return kUnknowns; }
@@ -97,42 +107,6 @@ class SpatialContest final : public EstimatorContest {
   }
 
  private:
-  class Player final : public EstimatorPlayer {
-   public:
-    Player(const SpatialContest& contest, std::span<const std::string> names)
-        : contest_(contest), simulation_(contest.world_, contest.source_) {
-      for (const std::string& name : names) runs_.emplace_back(contest.world_, spatial_kind(name));
-    }
-
-    void play(std::int64_t r, EstimatorListener& listener) override {
-      const SE3 estimate = simulation_.start(r);
-      for (SpatialRun& run : runs_) run.start(estimate);
-      std::vector<bool> stopped(runs_.size());
-      for (Index k = 1; k <= contest_.steps(); ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        const SpatialControl read = simulation_.read(at);
-        const std::span<const SpatialObservation> observations = simulation_.observe(at);
-        const bool with_map = k % contest_.map_stride() == 0;
-        for (std::size_t e = 0; e < runs_.size(); ++e) {
-          if (stopped[e]) continue;
-          stop_point();
-          const Outcome outcome = runs_[e].step(at, read, observations);
-          if (outcome != Outcome::ok) listener.failed(e, k, outcome);
-          stopped[e] =
-              outcome != Outcome::ok ||
-              !listener.take(
-                  e, k, judge(runs_[e].filter(), contest_.world_.truth(at), with_map, solver_, map_solver_));
-        }
-      }
-    }
-
-   private:
-    const SpatialContest& contest_;
-    SpatialSimulation simulation_;
-    std::vector<SpatialRun> runs_;
-    SingularNees solver_, map_solver_;
-  };
-
   SpatialWorld world_;
   NoiseSource source_;
 };

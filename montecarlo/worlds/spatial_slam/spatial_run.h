@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/stop_point.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/spatial_slam/spatial_world.h"
 
@@ -15,6 +16,8 @@ class SpatialRun {
   void start(const SE3& estimate) { filter_.reset(estimate, world_.initial_covariance()); }
   /// Step k, from 1 on. `diverged` for an estimate that is not finite or farther off than the world is wide.
   Outcome step(std::size_t k, const SpatialControl& read, std::span<const SpatialObservation> observations) {
+    stop_point();
+    step_ = k;
     const SpatialTruth truth = world_.truth(k);
     filter_.predict(read, truth);
     if (!filter_.update(observations, truth)) return Outcome::not_positive_definite;
@@ -23,10 +26,12 @@ class SpatialRun {
     return off > world_.width_m ? Outcome::diverged : Outcome::ok;
   }
   const SpatialSlam& filter() const { return filter_; }
+  SpatialTruth truth() const { return world_.truth(step_); }  ///< at the last step
 
  private:
   const SpatialWorld& world_;
   SpatialSlam filter_;
+  std::size_t step_ = 0;
 };
 
 }  // namespace credence::internal
