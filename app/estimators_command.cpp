@@ -27,6 +27,10 @@ struct EstimatorsCommand : CommonOptions {
   EstimatorStudyOptions study;
 };
 
+bool any_failed(const EstimatorStudy& study) {
+  return std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
+}
+
 /// Every point of a sweep; the cheapest that stays consistent at each.
 int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
   if (command.fail_on_inconsistent) {
@@ -40,10 +44,7 @@ int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
     return kInterrupted;
   }
   tell(estimator_map_document(map), command);
-  const bool failed = std::ranges::any_of(map.studies, [](const EstimatorStudy& study) {
-    return std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
-  });
-  return failed ? kSomeFailed : kDone;
+  return std::ranges::any_of(map.studies, any_failed) ? kSomeFailed : kDone;
 }
 
 int estimators(EstimatorsCommand& command) {
@@ -64,9 +65,7 @@ int estimators(EstimatorsCommand& command) {
     return kInterrupted;
   }
   tell(estimator_document(study), command);
-  const bool failed =
-      std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
-  if (failed) return kSomeFailed;
+  if (any_failed(study)) return kSomeFailed;
   return command.fail_on_inconsistent && any_inconsistent(study) ? kInconsistent : kDone;
 }
 

@@ -107,9 +107,7 @@ void add_submit_command(CLI::App& app) {
       ->allow_extra_args(false);
   command->add_flag("--submit", options->send, "send the jobs, too");
   add_setting_option(*command, *options);
-  command->add_option("--runs", options->runs, "number of Monte Carlo runs, instead of study.runs");
-  command->add_option("--steps", options->steps, "steps of each run, instead of study.steps");
-  command->add_option("--seed", options->seed, "seed, instead of study.seed");
+  add_study_options(*command, *options);
   command->add_option("--threads", options->threads, "threads of each task")
       ->check(CLI::Range(1, 4096))
       ->default_val(1);

@@ -111,7 +111,6 @@ class RangeOfUnits {
 
 std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& units, double confidence) {
   std::vector<SigmaBin> bins;
-  std::vector<double> p_values;
   for (const auto& [place, sums] : all.bins) {
     const auto rows = static_cast<double>(sums.rows);
     RangeOfUnits of_units;
@@ -141,11 +140,9 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
       bin.directed = run_mean_p_values(of_units.filled_up(1.0), 1.0);
       bin.p_value = bin.directed.two_sided();
     }
-    p_values.push_back(bin.p_value);
     bins.push_back(bin);
   }
-  const std::vector<double> adjusted = holm(p_values);
-  for (std::size_t i = 0; i < bins.size(); ++i) bins[i].adjusted = adjusted[i];
+  adjust_by_holm(bins);
   return bins;
 }
 
@@ -254,7 +251,6 @@ std::vector<DistanceBin> distance_bins(std::span<const CalibrationRun> runs, dou
     }
   }
   std::vector<DistanceBin> bins;
-  std::vector<double> p_values;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].rows == 0) continue;
     const auto rows = static_cast<double>(all[i].rows);
@@ -265,11 +261,9 @@ std::vector<DistanceBin> distance_bins(std::span<const CalibrationRun> runs, dou
                     .p_value = p_value_of(moments[i], states),
                     .error_m = std::sqrt(all[i].squared / rows),
                     .sigma_m = std::sqrt(all[i].variance / rows)};
-    p_values.push_back(bin.p_value);
     bins.push_back(bin);
   }
-  const std::vector<double> adjusted = holm(p_values);
-  for (std::size_t i = 0; i < bins.size(); ++i) bins[i].adjusted = adjusted[i];
+  adjust_by_holm(bins);
   return bins;
 }
 
@@ -425,7 +419,6 @@ class PairedFactors {
 std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitFactors& first,
                                           double confidence) {
   std::vector<FactorChange> changes;
-  std::vector<double> p_values;
   for (std::size_t a = 0; a < second.parts.size() && second.units == first.units; ++a) {
     const auto part = std::ranges::find(first.parts, second.parts[a]);
     if (part == first.parts.end()) continue;
@@ -442,11 +435,9 @@ std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitF
                         .before = paired.before(),
                         .after = paired.after(),
                         .p_value = paired.p_value(1.0)};
-    p_values.push_back(change.p_value);
     changes.push_back(std::move(change));
   }
-  const std::vector<double> adjusted = holm(p_values);
-  for (std::size_t i = 0; i < changes.size(); ++i) changes[i].adjusted = adjusted[i];
+  adjust_by_holm(changes);
   return changes;
 }
 

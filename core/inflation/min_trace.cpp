@@ -232,12 +232,7 @@ Matrix finish_inside(MinTraceBound& bound, const Matrix& O, const Matrix& pairwi
 }
 
 void require(const MatrixRef& A, const BlockLayout& layout, const MinTraceOptions& options) {
-  if (layout.vehicle < 0 || layout.landmark < 0 || layout.landmarks < 0 || A.rows() != layout.state_dim() ||
-      A.cols() != layout.state_dim()) {
-    throw std::invalid_argument(fmt::format("A is {}x{}, its layout (vehicle {}, {} landmarks of {}) is not",
-                                            A.rows(), A.cols(), layout.vehicle, layout.landmarks,
-                                            layout.landmark));
-  }
+  require_layout(A, layout);
   if (!(options.relative_gap > 0.0 && options.relative_gap < 1.0)) {
     throw std::invalid_argument(fmt::format("relative_gap = {} must lie in (0, 1)", options.relative_gap));
   }

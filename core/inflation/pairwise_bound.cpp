@@ -123,7 +123,9 @@ void decorrelate_landmarks(Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
   }
 }
 
-void require_shape(const Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
+}  // namespace
+
+void require_layout(const MatrixRef& A, const BlockLayout& layout) {
   if (layout.vehicle < 0 || layout.landmarks < 0 || layout.landmark < 0 || A.rows() != layout.state_dim() ||
       A.cols() != layout.state_dim()) {
     throw std::invalid_argument(fmt::format("A is {}x{}, its layout (vehicle {}, {} landmarks of {}) is not",
@@ -132,10 +134,8 @@ void require_shape(const Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
   }
 }
 
-}  // namespace
-
 void decorrelate_pairwise(Eigen::Ref<Matrix> A, const BlockLayout& layout) {
-  require_shape(A, layout);
+  require_layout(A, layout);
   const Index n = layout.vehicle, d = layout.landmark;
   if (n == 1 && d == 1) {
     decorrelate_vehicle<1, 1>(A, layout);

@@ -5,6 +5,9 @@
 
 namespace credence::internal {
 
+/// Throws std::invalid_argument for an A that is not of the size of `layout`.
+void require_layout(const MatrixRef& A, const BlockLayout& layout);
+
 /// Makes A block diagonal, in place, by the pairwise sum E_j = Σ_k (A_jk A_jkᵀ)^{1/2} (theory, section 4).
 ///
 /// The blocks of A are those of `layout`; layout.vehicle = 0 means landmarks only. A is symmetric and stays

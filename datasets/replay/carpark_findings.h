@@ -9,12 +9,12 @@ namespace credence::internal {
 
 /// One statement on the car park run with what was measured.
 struct CarparkFinding {
-  std::string id;         ///< "carpark.order.vehicle.pairwise"
-  std::string source;     ///< of the statement in the paper
-  std::string statement;  ///< what was to be shown
-  std::string measured;   ///< the numbers
+  std::string id;          ///< "carpark.order.vehicle.pairwise"
+  std::string source;      ///< of the statement in the paper
+  std::string statement;   ///< what was to be shown
+  std::string measured{};  ///< the numbers
   bool holds = false;
-  std::string meaning;  ///< for the paper's claim; may be empty
+  std::string meaning{};  ///< for the paper's claim; may be empty
 };
 
 /// Everything that the study was made for: the reference, the order of Figures 5 to 7 with both bounds and

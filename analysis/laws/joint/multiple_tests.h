@@ -14,6 +14,15 @@ namespace credence::internal {
 /// [Holm 1979]: P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
 std::vector<double> holm(std::span<const double> p_values);
 
+/// `adjusted` of all items from their `p_value`, by holm.
+template <class Item>
+void adjust_by_holm(std::vector<Item>& items) {
+  std::vector<double> p_values;
+  for (const Item& item : items) p_values.push_back(item.p_value);
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < items.size(); ++i) items[i].adjusted = adjusted[i];
+}
+
 /// Holm's procedure with weights (his section 4): p_i is compared in the order of p_i / w_i, adjusted to
 /// max over j before i of min(1, p_j / w_j Σ_{l not before j} w_l). Each test gets the share of the level
 /// that its weight has among those not yet rejected. Weights need not sum to one; equal ones give `holm`.

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/worlds/charted/charted_world.h"
+#include "montecarlo/worlds/plugged/scenario_plug.h"
 
 /// @file
 /// What the scenario says of a world in a Lie group: what aids the filter, and its charts.
@@ -52,6 +54,16 @@ std::optional<Aiding> drawn_aiding(const AidingSettings& aiding, std::int64_t k,
     batch.landmarks.push_back(i);
   }
   return batch.landmarks.empty() ? std::nullopt : std::optional(batch);
+}
+
+/// Many runs of the filter in the world of a scenario's model.
+template <ChartedModel Model>
+std::unique_ptr<Experiment> charted_experiment(const Scenario& scenario) {
+  const auto model = std::make_shared<const Model>(scenario);
+  const ChartSettings charts = chart_settings(scenario);
+  return plugged_experiment(
+      ChartedWorld<Model>(model, charts.judged), [=] { return ChartedFilter<Model>(model, charts); },
+      plug_settings(scenario));
 }
 
 }  // namespace credence::internal

@@ -126,14 +126,4 @@ class ChartedFilter {
   ChartEkf<Group> ekf_;
 };
 
-/// Many runs of the filter in the world of a model.
-template <ChartedModel Model>
-std::unique_ptr<Experiment> charted_experiment(Model model, const ChartSettings& charts,
-                                               const PlugSettings& settings) {
-  const auto shared = std::make_shared<const Model>(std::move(model));
-  return plugged_experiment(
-      ChartedWorld<Model>(shared, charts.judged), [=] { return ChartedFilter<Model>(shared, charts); },
-      settings);
-}
-
 }  // namespace credence::internal

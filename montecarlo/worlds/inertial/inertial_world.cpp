@@ -97,10 +97,6 @@ std::string inertial_text(const Scenario& scenario) {
                      charted_text(scenario));
 }
 
-std::unique_ptr<Experiment> inertial_experiment(const Scenario& scenario) {
-  return charted_experiment(InertialModel(scenario), chart_settings(scenario), plug_settings(scenario));
-}
-
 }  // namespace
 
 constinit const World kInertialWorld = {
@@ -109,7 +105,7 @@ constinit const World kInertialWorld = {
                .keys = inertial_keys,
                .set_defaults = set_inertial_defaults,
                .blocks = inertial_blocks},
-    .experiment = inertial_experiment,
+    .experiment = charted_experiment<InertialModel>,
     .text = inertial_text,
     .figure = RunFigure::states,
     .posterior_bound = charted_bound<InertialModel>,

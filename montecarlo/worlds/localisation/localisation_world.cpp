@@ -50,10 +50,6 @@ std::string localisation_text(const Scenario& scenario) {
   return fmt::format("vehicle on a circle, its odometry noisy, {}", charted_text(scenario));
 }
 
-std::unique_ptr<Experiment> localisation_experiment(const Scenario& scenario) {
-  return charted_experiment(LocalisationModel(scenario), chart_settings(scenario), plug_settings(scenario));
-}
-
 }  // namespace
 
 constinit const World kLocalisationWorld = {
@@ -62,7 +58,7 @@ constinit const World kLocalisationWorld = {
                .keys = localisation_keys,
                .set_defaults = set_localisation_defaults,
                .blocks = localisation_blocks},
-    .experiment = localisation_experiment,
+    .experiment = charted_experiment<LocalisationModel>,
     .text = localisation_text,
     .figure = RunFigure::states,
     .posterior_bound = charted_bound<LocalisationModel>,

@@ -101,15 +101,12 @@ std::string names_of(const std::vector<MeanOfPart>& parts) {
 
 void compare_means(const Judgement& now, const Json& before, LogGate& gate) {
   const std::vector<MeanOfPart> second = means_of(now), first = means_of(before);
-  std::vector<double> p_values;
   for (const MeanOfPart& part : second) {
     const auto same = std::ranges::find(first, part.name, &MeanOfPart::name);
     if (same == first.end() || same->on != part.on) continue;
     gate.changes.push_back(change_of(part, *same, now.confidence));
-    p_values.push_back(gate.changes.back().p_value);
   }
-  const std::vector<double> adjusted = holm(p_values);
-  for (std::size_t i = 0; i < adjusted.size(); ++i) gate.changes[i].adjusted = adjusted[i];
+  adjust_by_holm(gate.changes);
   gate.by_means = !gate.changes.empty();
   if (gate.by_means) return;
   gate.why_not = fmt::format(
