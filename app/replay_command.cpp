@@ -87,8 +87,7 @@ int replay(const ReplayOptions& options) {
   if (options.variants) return study_variants(options);
   const std::vector<ReportedReplay> replays = replay_all(options);
   tell(replay_document(replays, judge_replays(replays)), options);
-  const bool failed =
-      std::any_of(replays.begin(), replays.end(), [](const auto& r) { return r.result.failed > 0; });
+  const bool failed = std::ranges::any_of(replays, [](const auto& r) { return r.result.failed > 0; });
   return failed ? kSomeFailed : kDone;
 }
 

@@ -30,8 +30,8 @@ double jordan_scatter(int size) {
 bool is_marginal_chain(const Eigen::VectorXcd& eigenvalues, Index i, double tolerance) {
   std::vector<Complex> nearest(eigenvalues.begin(), eigenvalues.end());
   const Complex centre = eigenvalues[i];
-  std::sort(nearest.begin(), nearest.end(),
-            [centre](Complex a, Complex b) { return std::abs(a - centre) < std::abs(b - centre); });
+  std::ranges::sort(nearest,
+                    [centre](Complex a, Complex b) { return std::abs(a - centre) < std::abs(b - centre); });
   Complex sum = nearest[0];
   for (int size = 2; size <= kLargestChain && size <= static_cast<int>(nearest.size()); ++size) {
     sum += nearest[static_cast<std::size_t>(size - 1)];
@@ -117,7 +117,7 @@ InvariantSubspaces::InvariantSubspaces(MatrixRef F) {
 }
 
 Index InvariantSubspaces::count(UnitCircle where) const {
-  return static_cast<Index>(std::count(where_.begin(), where_.end(), where));
+  return static_cast<Index>(std::ranges::count(where_, where));
 }
 
 Matrix InvariantSubspaces::basis(UnitCircle where) const { return basis(where, where); }
@@ -131,7 +131,7 @@ Matrix InvariantSubspaces::basis(UnitCircle where, UnitCircle or_where) const {
 
 Matrix InvariantSubspaces::basis_of(const std::vector<bool>& selected) const {
   const Index n = T_.rows();
-  const Index count = static_cast<Index>(std::count(selected.begin(), selected.end(), true));
+  const Index count = static_cast<Index>(std::ranges::count(selected, true));
   if (count == n) return Matrix::Identity(n, n);
   if (count == 0) return Matrix(n, 0);
   ComplexMatrix T = T_, U = U_;

@@ -92,8 +92,8 @@ Index process_rank_of(const PlanarLoopRecord& loop) {
 std::string_view to_string(Linearisation at) { return at == Linearisation::truth ? "truth" : "estimate"; }
 
 const PlanarFollowed& PlanarStability::own(InflationSolution solution, Linearisation at) const {
-  const auto it = std::find_if(followed.begin(), followed.end(),
-                               [=](const PlanarFollowed& f) { return f.at == at && f.solution == solution; });
+  const auto it = std::ranges::find_if(
+      followed, [=](const PlanarFollowed& f) { return f.at == at && f.solution == solution; });
   if (it == followed.end()) {
     throw std::invalid_argument(
         fmt::format("no filter with filter.solution = \"{}\" was followed", to_string(solution)));

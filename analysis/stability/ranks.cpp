@@ -135,10 +135,10 @@ RankDecision decision_of(const Staircase& stairs) {
   decision.doubtful = stairs.doubtful;
   std::vector<double> values = stairs.kept;
   values.insert(values.end(), stairs.left_out.begin(), stairs.left_out.end());
-  std::sort(values.begin(), values.end(), std::greater<>());
+  std::ranges::sort(values, std::greater<>());
   decision.singular_values = Eigen::Map<const Vector>(values.data(), static_cast<Index>(values.size()));
-  const auto least = std::min_element(stairs.kept.begin(), stairs.kept.end());
-  const auto most = std::max_element(stairs.left_out.begin(), stairs.left_out.end());
+  const auto least = std::ranges::min_element(stairs.kept);
+  const auto most = std::ranges::max_element(stairs.left_out);
   const bool nothing_left_out = most == stairs.left_out.end() || *most == 0.0;
   if (nothing_left_out) {
     decision.gap = std::numeric_limits<double>::infinity();
@@ -252,7 +252,7 @@ ScaledEigen scaled_eigen(MatrixRef M) {
 Matrix largest_columns(const ScaledEigen& eigen, Index count) {
   std::vector<Index> order(static_cast<std::size_t>(eigen.values.size()));
   std::iota(order.begin(), order.end(), Index{0});
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return eigen.values[a] > eigen.values[b]; });
+  std::ranges::sort(order, [&](Index a, Index b) { return eigen.values[a] > eigen.values[b]; });
   Matrix columns(eigen.vectors.rows(), count);
   for (Index i = 0; i < count; ++i) columns.col(i) = eigen.vectors.col(order[static_cast<std::size_t>(i)]);
   return columns;

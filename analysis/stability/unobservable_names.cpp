@@ -135,8 +135,7 @@ void name_combinations(const BlockLayout& layout, const Vector& point, double to
 std::string list_components(const Vector& unit, const std::vector<std::string>& states) {
   std::vector<Index> order(static_cast<std::size_t>(unit.size()));
   std::iota(order.begin(), order.end(), Index{0});
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return std::abs(unit[a]) > std::abs(unit[b]); });
+  std::ranges::sort(order, [&](Index a, Index b) { return std::abs(unit[a]) > std::abs(unit[b]); });
   const double largest = std::abs(unit[order.front()]);
   std::string text;
   int listed = 0;

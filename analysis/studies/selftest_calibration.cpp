@@ -24,7 +24,7 @@ std::int64_t single_run_blocks(const SelftestOptions& options) {
 }
 
 StudyShare share_of_true(const std::vector<char>& hits) {
-  return share_of(std::count(hits.begin(), hits.end(), 1), static_cast<std::int64_t>(hits.size()));
+  return share_of(std::ranges::count(hits, 1), static_cast<std::int64_t>(hits.size()));
 }
 
 /// The rows of tests that were made of every study; `of` ends their names.
@@ -251,7 +251,7 @@ void calibrate_long_runs(std::array<double, kStudies> (*p_values)(const NoiseSou
   for (const double level : kLevels) {
     std::int64_t alarms = 0;
     for (const auto& block : all) {
-      alarms += std::count_if(block.begin(), block.end(), [&](double p) { return is_alarm(p, level); });
+      alarms += std::ranges::count_if(block, [&](double p) { return is_alarm(p, level); });
     }
     const auto studies = blocks * static_cast<std::int64_t>(kStudies);
     result.calibration.push_back({name, exactness, level, share_of(alarms, studies)});

@@ -123,7 +123,7 @@ std::vector<SyntheticSweep::Discoveries> SyntheticSweep::discoveries(const Noise
   for (const double level : levels) {
     const auto discovered = [level](double p) { return p <= level; };
     const auto wrongly = std::count_if(mixed.begin(), mixed.begin() + kExact, discovered);
-    const auto all = std::count_if(mixed.begin(), mixed.end(), discovered);
+    const auto all = std::ranges::count_if(mixed, discovered);
     result.push_back({.any_false = std::ranges::any_of(all_exact, discovered),
                       .drawn_is_false = draw * static_cast<double>(all) < static_cast<double>(wrongly)});
   }

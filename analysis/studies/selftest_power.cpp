@@ -77,7 +77,7 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
                            .named_wanted = kNamedWanted};
   if (workers.stopped()) return result;
   for (std::size_t test = 0; test < all.front().size(); ++test) {
-    const auto found = std::count_if(all.begin(), all.end(), [&](const std::vector<TestResult>& r) {
+    const auto found = std::ranges::count_if(all, [&](const std::vector<TestResult>& r) {
       return is_alarm(r[test].p_value, kSelftestPowerLevel);
     });
     result.power.push_back({std::string(all.front()[test].name), share_of(found, studies)});

@@ -33,8 +33,7 @@ Filter localisation(const CarparkLog& log, const Pose& start) {
 
 /// The GPS position at a time, linear between fixes, held at the ends.
 Point position_at(const std::vector<CarparkGps>& gps, double time_s) {
-  const auto after = std::lower_bound(gps.begin(), gps.end(), time_s,
-                                      [](const CarparkGps& fix, double time) { return fix.time_s < time; });
+  const auto after = std::ranges::lower_bound(gps, time_s, {}, &CarparkGps::time_s);
   if (after == gps.begin()) return gps.front().position_m;
   if (after == gps.end()) return gps.back().position_m;
   const CarparkGps& before = *(after - 1);
@@ -72,9 +71,10 @@ ScanObservations associate_scan(const CarparkLog& log, const CarparkScan& scan, 
 void correct(Filter& filter, const std::vector<LoggedObservation>& scan) {
   std::vector<Observation<PlanarModel>> observations;
   for (const LoggedObservation& observation : scan) {
-    const bool seen = std::any_of(observations.begin(), observations.end(),
-                                  [&](const auto& other) { return other.landmark == observation.landmark; });
-    if (observation.landmark >= 0 && !seen) observations.push_back({observation.landmark, observation.z});
+    const auto same =
+        std::ranges::find(observations, observation.landmark, &Observation<PlanarModel>::landmark);
+    if (observation.landmark >= 0 && same == observations.end())
+      observations.push_back({observation.landmark, observation.z});
   }
   filter.update(observations);
 }
@@ -91,8 +91,7 @@ std::vector<int> beacons_by_first_observation(const std::vector<ScanObservations
   std::vector<int> order;
   for (const ScanObservations& scan : scans)
     for (const LoggedObservation& observation : scan.observations)
-      if (observation.landmark >= 0 &&
-          std::find(order.begin(), order.end(), observation.landmark) == order.end())
+      if (observation.landmark >= 0 && std::ranges::find(order, observation.landmark) == order.end())
         order.push_back(observation.landmark);
   return order;
 }

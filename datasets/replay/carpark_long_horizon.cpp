@@ -64,7 +64,7 @@ std::vector<Station> stations_of(const CarparkLog& log, const std::vector<ScanOb
     }
     for (const LoggedObservation& observation : scans[event.index].observations)
       if (observation.landmark >= 0) next.beacons.push_back(observation.landmark);
-    std::sort(next.beacons.begin(), next.beacons.end());
+    std::ranges::sort(next.beacons);
     next.beacons.erase(std::unique(next.beacons.begin(), next.beacons.end()), next.beacons.end());
     if (!next.beacons.empty() && seen++ % stride == 0) {
       next.pose = scans[event.index].localised;

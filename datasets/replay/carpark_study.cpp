@@ -96,8 +96,7 @@ CarparkStudy run_carpark_study(const CarparkLog& log, const ReplaySettings& sett
     for (const InitialDeviations& initial : both) study.runs.push_back({variant, initial, {}});
     if (!is_in_independence(variant)) continue;
     for (const InitialDeviations& initial : independence_initials())
-      if (std::find(both.begin(), both.end(), initial) == both.end())
-        study.runs.push_back({variant, initial, {}});
+      if (std::ranges::find(both, initial) == both.end()) study.runs.push_back({variant, initial, {}});
   }
   for (const CarparkVariant& variant : carpark_variants())
     if (variant.anchors == 0) study.horizon.push_back({variant, {}});

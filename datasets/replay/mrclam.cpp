@@ -63,8 +63,8 @@ std::vector<MrclamLandmark> read_landmarks(const std::filesystem::path& file,
   std::vector<MrclamLandmark> landmarks;
   for (Index i = 0; i < table.rows(); ++i) {
     const int subject = whole_number(table, i, 0, "subject");
-    const auto worn = std::find_if(subject_of_barcode.begin(), subject_of_barcode.end(),
-                                   [&](const auto& entry) { return entry.second == subject; });
+    const auto worn =
+        std::ranges::find_if(subject_of_barcode, [&](const auto& entry) { return entry.second == subject; });
     if (worn == subject_of_barcode.end())
       table.fail(i, fmt::format("subject {} wears no barcode in Barcodes.dat", subject));
     if (subject <= kRobots) table.fail(i, fmt::format("subject {} is a robot, not a landmark", subject));
@@ -108,9 +108,7 @@ void read_measurements(const std::filesystem::path& file, const std::map<int, in
       ++log.rows_of_robots;
       continue;
     }
-    const auto landmark =
-        std::find_if(log.landmarks.begin(), log.landmarks.end(),
-                     [&](const MrclamLandmark& candidate) { return candidate.subject == subject->second; });
+    const auto landmark = std::ranges::find(log.landmarks, subject->second, &MrclamLandmark::subject);
     if (landmark == log.landmarks.end())
       table.fail(i, fmt::format("subject {} is no landmark of Landmark_Groundtruth.dat", subject->second));
     log.measurements.push_back({table.values(i, 0),
@@ -150,8 +148,7 @@ std::vector<int> mrclam_robots(const std::filesystem::path& folder) {
 
 std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, double time_s,
                                         double max_gap_s) {
-  const auto after = std::lower_bound(truth.begin(), truth.end(), time_s,
-                                      [](const MrclamPose& pose, double time) { return pose.time_s < time; });
+  const auto after = std::ranges::lower_bound(truth, time_s, {}, &MrclamPose::time_s);
   if (after == truth.end()) return std::nullopt;
   if (after->time_s == time_s) return after->pose;
   if (after == truth.begin()) return std::nullopt;

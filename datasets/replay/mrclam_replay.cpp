@@ -38,8 +38,7 @@ std::vector<int> first_seen(const MrclamLog& log, double from_s) {
   std::vector<int> order;
   for (const MrclamMeasurement& seen : log.measurements) {
     const int landmark = static_cast<int>(seen.landmark);
-    if (seen.time_s >= from_s && std::find(order.begin(), order.end(), landmark) == order.end())
-      order.push_back(landmark);
+    if (seen.time_s >= from_s && std::ranges::find(order, landmark) == order.end()) order.push_back(landmark);
   }
   return order;
 }

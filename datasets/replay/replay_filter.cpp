@@ -113,7 +113,7 @@ void ReplayFilter::follow_traces() {
 // ---------------------------------------------------------------------------------------------- association
 
 bool ReplayFilter::is_known(int id) const {
-  return filter_->offset_of(id) >= 0 || std::find(anchors_.begin(), anchors_.end(), id) != anchors_.end();
+  return filter_->offset_of(id) >= 0 || std::ranges::find(anchors_, id) != anchors_.end();
 }
 
 std::vector<int> ReplayFilter::known_ids() const {
@@ -163,7 +163,7 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(st
   const double new_threshold = gate_threshold(kNewLandmarkProbability);
   std::vector<Candidate> candidates;
   const auto taken = [&](int id) {
-    return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == id; });
+    return std::ranges::any_of(candidates, [&](const Candidate& c) { return c.id == id; });
   };
   for (std::size_t i = first; i < result_.records.size(); ++i) {
     ReplayObservation best = result_.records[i];
@@ -228,8 +228,7 @@ void ReplayFilter::observe(double time_s, std::span<const LoggedObservation> obs
   while (!waiting.empty()) {
     std::vector<Candidate> batch, later;
     for (const Candidate& candidate : waiting) {
-      const bool twice = std::any_of(batch.begin(), batch.end(),
-                                     [&](const Candidate& other) { return other.id == candidate.id; });
+      const bool twice = std::ranges::find(batch, candidate.id, &Candidate::id) != batch.end();
       (twice ? later : batch).push_back(candidate);
     }
     for (Candidate& candidate : later) candidate.is_new = false;

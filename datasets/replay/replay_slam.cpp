@@ -97,8 +97,7 @@ class EkfReplay final : public ReplaySlam {
 
  private:
   bool is_known(int landmark) const {
-    return filter_.offset_of(landmark) >= 0 ||
-           std::find(anchors_.begin(), anchors_.end(), landmark) != anchors_.end();
+    return filter_.offset_of(landmark) >= 0 || std::ranges::find(anchors_, landmark) != anchors_.end();
   }
 
   Eigen::Matrix2d R_;

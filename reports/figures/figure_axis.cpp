@@ -49,7 +49,7 @@ class Hull {
 
 // Curves over time start and end at the frame; clouds and maps need room.
 bool fills_the_width(const Panel& panel) {
-  return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& series) {
+  return std::ranges::any_of(panel.series, [](const Series& series) {
     return series.kind == SeriesKind::line || series.kind == SeriesKind::steps ||
            series.kind == SeriesKind::band;
   });
@@ -153,8 +153,7 @@ std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
 }  // namespace
 
 bool has_heat_map(const Panel& panel) {
-  return std::any_of(panel.series.begin(), panel.series.end(),
-                     [](const Series& series) { return series.kind == SeriesKind::heat_map; });
+  return std::ranges::find(panel.series, SeriesKind::heat_map, &Series::kind) != panel.series.end();
 }
 
 Axis make_axis(AxisRange range, bool log, int wanted) {
@@ -195,7 +194,7 @@ AxisRange colour_range_of(const Panel& panel) {
 
 std::vector<double> cell_edges(const FigureData& centres, bool log) {
   std::vector<double> at(centres);
-  if (log) std::transform(at.begin(), at.end(), at.begin(), [](double v) { return std::log(v); });
+  if (log) std::ranges::transform(at, at.begin(), [](double v) { return std::log(v); });
   std::vector<double> edges;
   const std::size_t n = at.size();
   if (n == 1) edges = {at[0] - 0.5, at[0] + 0.5};
@@ -204,7 +203,7 @@ std::vector<double> cell_edges(const FigureData& centres, bool log) {
     for (std::size_t i = 1; i < n; ++i) edges.push_back(0.5 * (at[i - 1] + at[i]));
     edges.push_back(at[n - 1] + 0.5 * (at[n - 1] - at[n - 2]));
   }
-  if (log) std::transform(edges.begin(), edges.end(), edges.begin(), [](double v) { return std::exp(v); });
+  if (log) std::ranges::transform(edges, edges.begin(), [](double v) { return std::exp(v); });
   return edges;
 }
 

@@ -21,7 +21,7 @@ void add_extremes(Kept& kept, const CanvasPath& points) {
 }
 
 CanvasPath chosen(const CanvasPath& points, Kept kept) {
-  std::sort(kept.begin(), kept.end());
+  std::ranges::sort(kept);
   kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
   CanvasPath path;
   for (const std::size_t i : kept) path.push_back(points[i]);

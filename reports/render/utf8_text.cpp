@@ -17,7 +17,7 @@ struct CodeRange {
 
 template <std::size_t N>
 bool contains(const std::array<CodeRange, N>& ranges, char32_t c) {
-  return std::any_of(ranges.begin(), ranges.end(), [c](CodeRange r) { return r.first <= c && c <= r.last; });
+  return std::ranges::any_of(ranges, [c](CodeRange r) { return r.first <= c && c <= r.last; });
 }
 
 // Zero-width and combining characters.

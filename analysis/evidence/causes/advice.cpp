@@ -137,7 +137,7 @@ ResponsibleBlock responsible_block(const ConsistencyVerdict& whole, std::span<co
   // alone.
   constexpr double kMuchLess = 0.3;
   const double whole_ratio = std::abs(whole.mean / whole.expected - 1.0);
-  const bool blocks_fit = std::all_of(blocks.begin(), blocks.end(), [&](const BlockVerdict& block) {
+  const bool blocks_fit = std::ranges::all_of(blocks, [&](const BlockVerdict& block) {
     return std::abs(block.verdict.mean / block.verdict.expected - 1.0) < kMuchLess * whole_ratio;
   });
   result.joint_only = result.index < 0 && !blocks.empty() && is_inconsistent(whole.verdict) && blocks_fit;

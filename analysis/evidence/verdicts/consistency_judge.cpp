@@ -118,7 +118,7 @@ std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double al
     ++tests;
     if (step.p_value <= alpha) p_values.push_back(step.p_value);
   }
-  std::sort(p_values.begin(), p_values.end());
+  std::ranges::sort(p_values);
   while (rejected < p_values.size() && p_values[rejected] <= alpha / static_cast<double>(tests - rejected)) {
     ++rejected;
   }

@@ -93,11 +93,9 @@ LagProducts::LagProducts(Index dim, Index lags) : dim_(dim) {
 LagProducts::LagProducts(const std::vector<Matrix>& products, std::vector<std::int64_t> pairs,
                          std::int64_t invalid)
     : dim_(products.empty() ? 0 : products[0].rows()), pairs_(std::move(pairs)), invalid_(invalid) {
-  const bool square = std::all_of(products.begin(), products.end(), [this](const Matrix& product) {
-    return product.rows() == dim_ && product.cols() == dim_;
-  });
-  const bool counted =
-      std::all_of(pairs_.begin(), pairs_.end(), [](std::int64_t count) { return count >= 0; });
+  const bool square = std::ranges::all_of(
+      products, [this](const Matrix& product) { return product.rows() == dim_ && product.cols() == dim_; });
+  const bool counted = std::ranges::all_of(pairs_, [](std::int64_t count) { return count >= 0; });
   if (dim_ < 1 || products.size() < 2 || pairs_.size() != products.size() || !square || !counted ||
       invalid < 0) {
     throw std::invalid_argument(

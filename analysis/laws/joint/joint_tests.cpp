@@ -28,8 +28,8 @@ FlatTests flatten(std::span<const TestFamily> families) {
   FlatTests flat;
   for (const TestFamily& family : families) {
     require_positive("weight", family.weight);
-    const auto with_data = std::count_if(family.tests.begin(), family.tests.end(),
-                                         [](const DirectedTest& test) { return !std::isnan(test.p_value); });
+    const auto with_data = std::ranges::count_if(
+        family.tests, [](const DirectedTest& test) { return !std::isnan(test.p_value); });
     for (const DirectedTest& test : family.tests) {
       flat.p_values.push_back(test.p_value);
       flat.weights.push_back(family.weight / static_cast<double>(std::max<std::ptrdiff_t>(1, with_data)));

@@ -28,8 +28,7 @@ std::vector<std::size_t> members(std::span<const double> p_values) {
 // The members with the smallest p-value first; ties in the order of the input.
 std::vector<std::size_t> ascending_order(std::span<const double> p_values) {
   std::vector<std::size_t> order = members(p_values);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
   return order;
 }
 
@@ -54,7 +53,7 @@ std::vector<double> weighted_holm(std::span<const double> p_values, std::span<co
   std::vector<std::size_t> order = members(p_values);
   for (const std::size_t i : order) require_positive("weight", weights[i]);
   // p_a / w_a < p_b / w_b, without a division.
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     return p_values[a] * weights[b] < p_values[b] * weights[a];
   });
   std::vector<double> adjusted(p_values.begin(), p_values.end());

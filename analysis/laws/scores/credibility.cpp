@@ -31,10 +31,9 @@ void require_input(std::span<const Vector> errors, std::span<const Matrix> covar
         fmt::format("{} errors but {} covariances", errors.size(), covariances.size()));
   }
   const Index n = errors[0].size();
-  const bool same_errors =
-      std::all_of(errors.begin(), errors.end(), [n](const Vector& e) { return e.size() == n; });
-  const bool same_covariances = std::all_of(covariances.begin(), covariances.end(),
-                                            [n](const Matrix& P) { return P.rows() == n && P.cols() == n; });
+  const bool same_errors = std::ranges::all_of(errors, [n](const Vector& e) { return e.size() == n; });
+  const bool same_covariances =
+      std::ranges::all_of(covariances, [n](const Matrix& P) { return P.rows() == n && P.cols() == n; });
   if (!same_errors || !same_covariances) {
     throw std::invalid_argument("errors and covariances must all have the same dimension");
   }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "core/nan.h"
@@ -194,11 +193,11 @@ GoodnessOfFit test_uniform(std::vector<double> values) {
     result.reason = "no data";
     return result;
   }
-  if (!std::all_of(values.begin(), values.end(), [](double u) { return u >= 0.0 && u <= 1.0; })) {
+  if (!std::ranges::all_of(values, [](double u) { return u >= 0.0 && u <= 1.0; })) {
     result.reason = "a value is not a number in [0, 1]";
     return result;
   }
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   result.kolmogorov = kolmogorov_statistic(values);
   result.kolmogorov_p_value = kolmogorov_p_value(result.kolmogorov, result.count);
   result.anderson = anderson_statistic(values);

@@ -124,7 +124,7 @@ SecondMomentTest test_second_moments(const SecondMoments& moments, double confid
     p_values.push_back(p.optimistic);
     p_values.push_back(p.pessimistic);
   }
-  if (std::any_of(p_values.begin(), p_values.end(), [](double p) { return std::isnan(p); })) {
+  if (std::ranges::any_of(p_values, [](double p) { return std::isnan(p); })) {
     test.reason = "an average is not finite or not positive semidefinite";
     return test;
   }
@@ -135,8 +135,7 @@ SecondMomentTest test_second_moments(const SecondMoments& moments, double confid
     least = std::min(least, adjusted[i]);
   }
   const double each = 1.0 - (1.0 - confidence) / static_cast<double>(moments.along().size());
-  const auto worst =
-      static_cast<std::size_t>(std::min_element(p_values.begin(), p_values.end()) - p_values.begin()) / 2;
+  const auto worst = static_cast<std::size_t>(std::ranges::min_element(p_values) - p_values.begin()) / 2;
   test.mean = mean_of(moments);
   test.worst_direction = second_moment_directions(moments.dim())[worst];
   test.worst = run_mean_interval(moments.along()[worst], each);

@@ -18,7 +18,7 @@ UniformHistogram::UniformHistogram(std::size_t bins) : counts_(bins, 0) {
 UniformHistogram::UniformHistogram(std::span<const std::int64_t> counts, std::int64_t invalid)
     : counts_(counts.begin(), counts.end()), invalid_(invalid) {
   if (counts.size() < 2) throw std::invalid_argument(fmt::format("bins = {} must be >= 2", counts.size()));
-  if (invalid < 0 || std::any_of(counts.begin(), counts.end(), [](std::int64_t c) { return c < 0; })) {
+  if (invalid < 0 || std::ranges::any_of(counts, [](std::int64_t c) { return c < 0; })) {
     throw std::invalid_argument("a count of the histogram is negative");
   }
 }

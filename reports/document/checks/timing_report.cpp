@@ -204,7 +204,7 @@ Figure step_figure(const TimingResult& result) {
                 .panels = {}};
   std::vector<Index> observed;
   for (const FilterTime& time : result.filters) {
-    if (std::find(observed.begin(), observed.end(), time.observed) == observed.end()) {
+    if (std::ranges::find(observed, time.observed) == observed.end()) {
       observed.push_back(time.observed);
     }
   }
