@@ -8,7 +8,7 @@
 
 namespace credence::internal {
 
-/// contest_player's.
+/// What contest_player makes.
 template <class Simulation, class Run, class Judge>
 class ContestPlayer final : public EstimatorPlayer {
  public:

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include "core/stop_point.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
@@ -39,7 +38,6 @@ class SpatialExperiment final : public VisitedExperiment {
     return visit_steps(
         world_.steps(), take,
         [&](Index k) {
-          stop_point();
           now = static_cast<std::size_t>(k);
           return run.step(now, simulation.read(now), simulation.observe(now));
         },

@@ -3,12 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <string>
 #include <vector>
 
 #include "core/filters/spatial/spatial_slam.h"
-#include "core/stop_point.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
@@ -73,16 +71,6 @@ TEST(SpatialSlamWorld, SaysItsSizeAndHasABoundOfDifferencesAlone) {
   // A dense P of 6 + 3 N states, and nothing that grows faster with the steps than a pose.
   EXPECT_GE(kSpatialSlamWorld.least_doubles(scenario), 216.0 * 216.0);
   EXPECT_EQ(posterior_bound(in_space({"filter.estimator=invariant"})).value().reason, kBoundOfDifferences);
-}
-
-TEST(SpatialSlamWorld, ARunIsStoppedBetweenItsSteps) {
-  const std::atomic<bool> stop = true;
-  const StopScope scope(&stop);
-  std::int64_t last = 0;
-  EXPECT_THROW(make_experiment(in_space({"world.landmarks=5"}))
-                   ->visit(0, [&](const TraceStep& now) { last = now.step; }),
-               Stopped);
-  EXPECT_EQ(last, 0);
 }
 
 }  // namespace
