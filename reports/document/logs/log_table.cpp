@@ -24,11 +24,13 @@ void add_verdict(ReportTable& table, const std::string& what, const ConsistencyV
 
 /// Whether a row says what the answer, which joins them all, does not.
 bool rejects_alone(const Judgement& a) {
-  if (is_inconsistent(a.word.verdict) || a.word.verdict == Verdict::not_gaussian) return false;
-  const auto block_rejects = [](const BlockVerdict& b) { return is_inconsistent(b.verdict.verdict); };
-  const auto sensor_rejects = [](const SensorJudgement& s) { return is_inconsistent(s.nis.verdict); };
-  return is_inconsistent(a.nees.verdict) || is_inconsistent(a.nis.verdict) ||
-         std::ranges::any_of(a.blocks, block_rejects) || std::ranges::any_of(a.sensors, sensor_rejects);
+  const Verdict word = a.word.verdict;
+  if (word == Verdict::mixed || word == Verdict::not_gaussian) return false;
+  const auto alone = [word](Verdict row) { return is_inconsistent(row) && row != word; };
+  const auto of_block = [&](const BlockVerdict& b) { return alone(b.verdict.verdict); };
+  const auto of_sensor = [&](const SensorJudgement& s) { return alone(s.nis.verdict); };
+  return alone(a.nees.verdict) || alone(a.nis.verdict) || std::ranges::any_of(a.blocks, of_block) ||
+         std::ranges::any_of(a.sensors, of_sensor);
 }
 
 std::string tests_of(const SensorJudgement& s) {
@@ -197,10 +199,10 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   }
   if (table.rows.empty()) table.columns.clear();
   if (rejects_alone(a)) {
-    table.notes.push_back(
-        fmt::format("Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "
-                    "more often. The answer joins them all, at {0:g} % together: that row is no evidence.",
-                    100.0 * (1.0 - a.confidence)));
+    table.notes.push_back(fmt::format(
+        "Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "
+        "more often. The answer joins them all, at {0:g} % together: what it does not say is no evidence.",
+        100.0 * (1.0 - a.confidence)));
   }
   add_read_notes(table, logs);
   if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {

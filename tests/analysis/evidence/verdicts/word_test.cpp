@@ -1,6 +1,6 @@
 #include "analysis/evidence/verdicts/word.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 
@@ -49,6 +49,19 @@ TEST(Word, OfOneStepNothingIsSaidOfWhen) {
   one.steps.resize(1);
   EXPECT_EQ(word_of(one, says(1.0, 1.0), {}, 0.95).says, "optimistic in NEES");
   EXPECT_EQ(word_of(one, says(1.0, 1.0), {}, 0.95).named, std::vector<std::string>{"NEES"});
+}
+
+TEST(Word, OfSeveralSensorsTheFirstIsNamedAndTheOthersCounted) {
+  const ConsistencyVerdict wrong = says(1e-9, 1.0), worse = says(1e-12, 1.0), right = says(1.0, 1.0);
+  std::vector<WordPart> parts = {{"NIS of gps", &wrong, 0.1, false, true},
+                                 {"NIS of baro", &worse, 0.1, false, true}};
+  EXPECT_THAT(join_verdicts(parts, 0.95).says, ::testing::StartsWith("optimistic in NIS of baro"));
+  EXPECT_THAT(join_verdicts(parts, 0.95).says, ::testing::EndsWith(", and of 1 more sensor"));
+  parts.push_back({"NIS of mag", &wrong, 0.1, false, true});
+  parts.push_back({"component 1 of mag", &wrong, 0.1, false, true, true});
+  EXPECT_THAT(join_verdicts(parts, 0.95).says, ::testing::EndsWith(", and of 2 more sensors"));
+  parts = {{"NIS of gps", &right, 0.1, false, true}, {"NIS of baro", &worse, 0.1, false, true}};
+  EXPECT_THAT(join_verdicts(parts, 0.95).says, ::testing::Not(::testing::EndsWith("sensor")));
 }
 
 TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {

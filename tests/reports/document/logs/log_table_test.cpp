@@ -129,6 +129,10 @@ TEST(LogTable, ARowThatRejectsBesideAnAnswerThatDoesNotIsExplained) {
   EXPECT_THAT(log_verdicts(logs, 9).notes, explained);
   logs.analysis.judgement.word.verdict = Verdict::optimistic;
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  logs.analysis.judgement.word.verdict = Verdict::pessimistic;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, explained) << "the other way round";
+  logs.analysis.judgement.word.verdict = Verdict::mixed;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
   logs.analysis.judgement.word.verdict = Verdict::not_gaussian;
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained)) << "has a note of its own";
 }
