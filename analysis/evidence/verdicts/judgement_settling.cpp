@@ -94,10 +94,12 @@ void leave_open(const Evidence& e, Judgement& j) {
                            : stretches.last(j.single->time_average.effective_steps)
                                ? "lasts for a tenth of the"
                                : "oscillates and is not forgotten in a tenth of the";
-  v.reason = stands ? fmt::format("in one run an error that {} {} rows cannot be told from a wrong P", does,
-                                  e.first_run.size())
-                    : fmt::format("one run of {} row{} is worth {:.3g} independent ones, too few to decide",
-                                  e.first_run.size(), e.first_run.size() == 1 ? "" : "s", j.effective_steps);
+  const std::size_t rows = e.first_run.size();
+  v.reason =
+      stands ? fmt::format("in one run an error that {} {} rows cannot be told from a wrong P", does, rows)
+      : rows == 1 ? "one row is too few to decide"
+                  : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
+                                rows, j.effective_steps);
   if (j.settle_nees.runs > 0) {
     v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
                             j.settle_nees.runs, j.settle_nees.observed_factor);

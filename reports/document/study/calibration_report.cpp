@@ -22,7 +22,7 @@ std::string conformal_sentence(const ConformalFactor& c) {
     return c.runs < 2 ? ""
                       : fmt::format(
                             "A factor that covers further runs whatever their law takes 19 runs, and there "
-                            "are {}; those at hand need {}.",
+                            "are {}; 95 % of those at hand need P times {}.",
                             c.runs, number_text(c.least, 3));
   }
   return fmt::format(

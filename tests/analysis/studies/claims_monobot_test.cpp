@@ -86,7 +86,7 @@ TEST(MonobotClaims, TheLimitIsWhatThePriorSaysOfThePlaceOfTheWhole) {
 
 TEST(MonobotClaims, RanksAreThoseOfEveryMap) {
   EXPECT_EQ(measured_of("controllability-rank"),
-            "1 landmarks: 1, 2 landmarks: 1, 5 landmarks: 1, 12 landmarks: 1");
+            "1 landmark: 1, 2 landmarks: 1, 5 landmarks: 1, 12 landmarks: 1");
   EXPECT_EQ(measured_of("observability-rank"),
             "n = 2: 1 and 2; n = 3: 2 and 3; n = 6: 5 and 6; n = 13: 12 and 13");
 }
