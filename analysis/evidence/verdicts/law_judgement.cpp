@@ -333,11 +333,12 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 double nis_over_time(const SensorSums& sensor) {
   std::int64_t runs = 0;
   for (const StepSums& step : sensor.nis) runs = std::max(runs, step.value.count);
-  const auto alike = [runs](const StepSums& step) {
-    return step.value.count == 0 || step.value.count == runs;
-  };
-  const bool one_law = sensor.by_dimension.size() == 1 && std::ranges::all_of(sensor.nis, alike);
-  return one_law && runs < kFewestRuns ? modulation_p_value(normalised_nis(sensor)) : kNaN;
+  if (sensor.by_dimension.size() != 1 || runs >= kFewestRuns) return kNaN;
+  std::vector<double> means;
+  for (const StepSums& step : sensor.nis) {
+    if (step.value.count == runs) means.push_back(step.value.mean);
+  }
+  return modulation_p_value(means);
 }
 
 SecondMoments moments_tested(const Evidence& e, const SecondMomentJudgement& judged) {

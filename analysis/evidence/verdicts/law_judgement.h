@@ -106,9 +106,9 @@ struct LawJudgement {
   std::vector<SensorPairJudgement> sensor_pairs;
 };
 
-/// The p-value of "the NIS of this sensor do not go up and down in time" (modulation.h), which are white. NaN
-/// of 20 runs and more, whose steps tell it, and of NIS that are not of one law: of one dimension, and of as
-/// many runs at every step.
+/// The p-value of "the NIS of this sensor do not go up and down in time" (modulation.h), which are white, by
+/// the steps that as many runs have as any. NaN of 20 runs and more, whose steps tell it, and of more than
+/// one dimension.
 double nis_over_time(const SensorSums& sensor);
 
 /// Of fewer than 20 runs.
