@@ -43,9 +43,12 @@ std::string tests_of(const SensorJudgement& s) {
     return fmt::format("; of {} {}", what,
                        p(std::min(test.p_value.optimistic, test.p_value.pessimistic), ""));
   };
-  return fmt::format("{}: test of whiteness in time {}; of mean zero {}{}{}.", name,
-                     p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason),
-                     of_each(s.components, "each component alone"), of_each(s.pairs, "every two together"));
+  const double over_time = s.over_time_p_value;
+  return fmt::format(
+      "{}: test of whiteness in time {}; of mean zero {}{}{}{}.", name,
+      p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason),
+      of_each(s.components, "each component alone"), of_each(s.pairs, "every two together"),
+      std::isnan(over_time) ? "" : "; of NIS that goes up and down in time " + p_value_statement(over_time));
 }
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {

@@ -194,6 +194,9 @@ TEST(LogTable, ATinyPValueIsNoEquation) {
   judgement.sensors[0].mean.p_value = 0.25;
   EXPECT_THAT(log_statistics(judgement),
               Contains("gps: test of whiteness in time p < 1e−12; of mean zero p = 0.250."));
+  judgement.sensors[0].over_time_p_value = 1e-20;
+  EXPECT_THAT(log_statistics(judgement),
+              Contains(::testing::EndsWith("; of NIS that goes up and down in time p < 1e−12.")));
 }
 
 }  // namespace
