@@ -338,12 +338,14 @@ Word word_of(const Evidence& e, const Judgement& j) {
     const double p = sensor.over_time_p_value;
     if (std::isnan(p)) continue;
     const double each = 0.5 * kWordOverTime / static_cast<double>(j.sensors.size());
+    // Of a mean that is not right, what goes up and down may be wrong in its direction at all times.
+    const auto unless = [&](Verdict mean) { return sensor.nis.verdict == mean ? 1.0 : p; };
     const auto add = [&](const char* when, const DirectedPValues& p_value) {
       averages.push_back(averaged_verdict(p_value, 1, sensor.nis.count));
       parts.push_back({of_sensor("NIS", sensor) + when, &averages.back(), each, false, true, true});
     };
-    add(" at some times", {p, kNaN});
-    add(" at others", {kNaN, p});
+    add(" at some times", {unless(Verdict::pessimistic), kNaN});
+    add(" at others", {kNaN, unless(Verdict::optimistic)});
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {

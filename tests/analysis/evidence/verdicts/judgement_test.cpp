@@ -843,6 +843,14 @@ TEST(Judgement, AnSThatIsTooSmallAtSomeTimesAndTooLargeAtOthersIsMixed) {
   }
 }
 
+// An S that is ten times too large is so at all times.
+TEST(Judgement, AnSThatIsTooLargeAtAllTimesIsNotTooSmallAtSome) {
+  const auto wave = [](std::int64_t k) { return 0.1 + 0.07 * std::sin(0.05 * static_cast<double>(k)); };
+  const Judgement j = innovations_over_time(1, 0.0, wave);
+  EXPECT_LE(j.sensors.front().over_time_p_value, 1e-6);
+  EXPECT_EQ(j.word.verdict, Verdict::pessimistic) << j.word.says;
+}
+
 // Of right ones it says nothing; of many runs steps tell it; of coloured ones it is no matter of S.
 TEST(Judgement, NisOverTimeIsTestedOfFewRunsOfWhiteInnovations) {
   const auto right = [](std::int64_t) { return 1.0; };
