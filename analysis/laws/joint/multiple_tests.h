@@ -18,6 +18,7 @@ std::vector<double> holm(std::span<const double> p_values);
 template <class Item>
 void adjust_by_holm(std::vector<Item>& items) {
   std::vector<double> p_values;
+  p_values.reserve(items.size());
   for (const Item& item : items) p_values.push_back(item.p_value);
   const std::vector<double> adjusted = holm(p_values);
   for (std::size_t i = 0; i < items.size(); ++i) items[i].adjusted = adjusted[i];
