@@ -21,14 +21,14 @@
 namespace credence::internal {
 namespace {
 
+using UnitSums = std::vector<const CalibrationSum*>;
+
 /// What is independent.
 struct Units {
   std::string name;  ///< "runs", "stretches", or "" of none
-  std::vector<const CalibrationSum*> sums;
+  UnitSums sums;
   std::vector<CalibrationSum> tenths{};  ///< that `sums` are, where they are no runs or stretches themselves
 };
-
-using UnitSums = std::vector<const CalibrationSum*>;
 
 constexpr std::string_view kTooFew = "fewer than five units";
 

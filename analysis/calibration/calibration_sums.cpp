@@ -10,6 +10,7 @@
 #include "analysis/laws/correlation/thinned_series.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/run_mean.h"
+#include "analysis/laws/ten_stretches.h"
 #include "core/linear_algebra/squared_norm.h"
 #include "core/record/take_block.h"
 
@@ -272,7 +273,6 @@ void CalibrationRecorder::add_parts(const Row& row, CalibrationSum& sum) {
 }
 
 void CalibrationRecorder::add_stretches() {
-  constexpr double kShortestStretch = 10.0;                           // in correlation times
   const std::size_t groups = open_groups_ / CalibrationRun::kTenths;  // of a tenth
   const auto suffice = [&](std::size_t of_stretch) {
     const double rows = static_cast<double>(of_stretch) * static_cast<double>(rows_per_group_);

@@ -36,12 +36,15 @@ const WordPart* foremost(std::span<const WordPart> parts, const JointTests& join
   return nullptr;
 }
 
+/// Whether it is all that is judged of a sensor.
+bool is_sensor(const WordPart& part) { return part.of_innovations && !part.named_last; }
+
 /// ", and of 2 more sensors": of which the first is named.
 std::string further_sensors(std::span<const WordPart> parts, const JointTests& joint, std::size_t side,
                             double alpha) {
   std::int64_t rejected = 0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (parts[i].of_innovations && !parts[i].named_last && joint.adjusted[i][side] <= alpha) ++rejected;
+    if (is_sensor(parts[i]) && joint.adjusted[i][side] <= alpha) ++rejected;
   }
   if (rejected < 2) return "";
   return fmt::format(", and of {} more sensor{}", rejected - 1, rejected == 2 ? "" : "s");
@@ -53,10 +56,9 @@ void say(std::span<const WordPart> parts, const JointTests& joint, double alpha,
     const WordPart* const part = foremost(parts, joint, side, alpha);
     if (part == nullptr) continue;
     const std::string when = when_text(*part->verdict, sides[side]);
-    const bool of_sensor = part->of_innovations && !part->named_last;
     append_item(word.says,
                 fmt::format("{} in {}{}{}{}", to_string(sides[side]), part->name, when.empty() ? "" : " ",
-                            when, of_sensor ? further_sensors(parts, joint, side, alpha) : ""),
+                            when, is_sensor(*part) ? further_sensors(parts, joint, side, alpha) : ""),
                 "; ");
     word.named.push_back(part->name);
   }

@@ -234,7 +234,6 @@ std::size_t stretches_of_each(std::size_t runs) {
 }
 
 StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
-  constexpr double kShortestStretch = 10.0;  // in correlation times
   const std::size_t of_a_run = stretches_of_each(runs.size());
   if (of_a_run == 0) return {};
   const std::vector<std::span<const double>> series(runs.begin(), runs.end());
@@ -287,7 +286,6 @@ TimeAverageTest test_single_run(std::span<const double> normalised_nees, double 
 
 std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
                                              std::initializer_list<double> confidences) {
-  constexpr double kShortestStretch = 10.0;  // in correlation times
   std::vector<TimeAverageTest> tests;
   tests.reserve(confidences.size());
   for (const double confidence : confidences) {

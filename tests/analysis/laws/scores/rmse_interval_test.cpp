@@ -37,6 +37,26 @@ TEST(Rmse, IntervalCoversForGaussianAndForCorrelatedErrors) {
   }
 }
 
+// Half of the mean square is of an error that stays as it is over the run, the rest averages out: the
+// interval misses in 5.7 % of 20,000 studies of ten runs, by the cube root of a gamma law alone in 11.2.
+TEST(Rmse, IntervalCoversWhereAnErrorStaysBesideOthersThatDoNot) {
+  constexpr int kStudies = 4000;
+  std::mt19937_64 generator(6);
+  std::normal_distribution<double> normal;
+  std::gamma_distribution<double> averaged(100.0, 0.01);
+  int missed = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    SkewedMoments squares;
+    for (int run = 0; run < 10; ++run) {
+      const double stays = normal(generator);
+      squares.add(0.5 * stays * stays + 0.5 * averaged(generator));
+    }
+    const RmseInterval interval = rmse_interval(squares, 0.95);
+    missed += interval.lower > 1.0 || interval.upper < 1.0;
+  }
+  EXPECT_NEAR(static_cast<double>(missed) / kStudies, 0.057, 5.0 * std::sqrt(0.057 * 0.943 / kStudies));
+}
+
 TEST(Rmse, DegenerateDataGiveAReason) {
   EXPECT_FALSE(rmse_interval({}, 0.95).reason.empty());
   EXPECT_FALSE(rmse_interval({.count = 1, .mean = 4.0, .m2 = 0.0}, 0.95).reason.empty());
