@@ -262,7 +262,7 @@ void calibrate_long_runs(std::array<double, kStudies> (*p_values)(const NoiseSou
 
 std::int64_t calibration_work(const SelftestOptions& options) {
   return 5 * options.studies + word_studies(options) + 3 * comparison_studies(options) +
-         3 * single_run_blocks(options);
+         4 * single_run_blocks(options);
 }
 
 void calibrate(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
@@ -275,7 +275,9 @@ void calibrate(const SelftestOptions& options, SelftestWorkers& workers, Selftes
   calibrate_long_runs(single_run_p_values, SelftestNoise::kSingleRuns,
                       "NEES of one long run, effective sample size", Exactness::approximate, options, workers,
                       result);
-  calibrate_long_runs(modulation_p_values, SelftestNoise::kSingleRuns, "NEES of one long run over time",
+  calibrate_long_runs(nees_over_time_p_values, SelftestNoise::kSingleRuns, "NEES of one long run over time",
+                      Exactness::conservative, options, workers, result);
+  calibrate_long_runs(nis_over_time_p_values, SelftestNoise::kSingleRuns, "NIS of one long run over time",
                       Exactness::approximate, options, workers, result);
   calibrate_long_runs(agreement_p_values, SelftestNoise::kAgreement,
                       "agreement of the time offsets of four logs", Exactness::conservative, options, workers,

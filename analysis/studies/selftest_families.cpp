@@ -5,6 +5,7 @@
 #include <span>
 
 #include "analysis/evidence/verdicts/word.h"
+#include "analysis/laws/correlation/error_modulation.h"
 #include "analysis/laws/correlation/modulation.h"
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/joint/multiple_tests.h"
@@ -132,18 +133,20 @@ std::vector<SyntheticSweep::Discoveries> SyntheticSweep::discoveries(const Noise
 
 namespace {
 
+constexpr double kMemory = 0.8;
+
 /// Of every run an autoregression of variance 1.
-std::vector<std::vector<double>> autoregressions(const NoiseSource& noise, std::int64_t block) {
+std::vector<std::vector<double>> autoregressions(const NoiseSource& noise, std::int64_t block,
+                                                 double phi = kMemory) {
   constexpr std::size_t kRuns = SyntheticFilter::kRuns;
   constexpr int kSteps = 2000;
-  constexpr double kPhi = 0.8;
   std::vector<double> normals(static_cast<std::size_t>(kSteps) * kRuns);
   noise.normals_of_runs(block * SyntheticFilter::kRuns, 1, kSteps, NoisePurpose::process, 1, normals);
   std::vector<std::vector<double>> runs(kRuns, std::vector<double>(kSteps));
   for (std::size_t run = 0; run < kRuns; ++run) {
     double value = normals[run];
     for (std::size_t k = 0; k < kSteps; ++k) {
-      if (k > 0) value = kPhi * value + std::sqrt(1.0 - kPhi * kPhi) * normals[k * kRuns + run];
+      if (k > 0) value = phi * value + std::sqrt(1.0 - phi * phi) * normals[k * kRuns + run];
       runs[run][k] = value;
     }
   }
@@ -152,9 +155,10 @@ std::vector<std::vector<double>> autoregressions(const NoiseSource& noise, std::
 
 /// Of each run, whose NEES are the squares of an autoregression.
 std::array<double, SyntheticFilter::kRuns> p_values_of_nees(const NoiseSource& noise, std::int64_t block,
+                                                            double phi,
                                                             double (*p_value)(std::span<const double>)) {
   std::array<double, SyntheticFilter::kRuns> result{};
-  std::vector<std::vector<double>> runs = autoregressions(noise, block);
+  std::vector<std::vector<double>> runs = autoregressions(noise, block, phi);
   for (std::size_t run = 0; run < result.size(); ++run) {
     for (double& value : runs[run]) value *= value;
     result[run] = p_value(runs[run]);
@@ -165,12 +169,22 @@ std::array<double, SyntheticFilter::kRuns> p_values_of_nees(const NoiseSource& n
 }  // namespace
 
 std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block) {
-  return p_values_of_nees(noise, block,
+  return p_values_of_nees(noise, block, kMemory,
                           [](std::span<const double> nees) { return test_single_run(nees, 0.95).p_value; });
 }
 
-std::array<double, SyntheticFilter::kRuns> modulation_p_values(const NoiseSource& noise, std::int64_t block) {
-  return p_values_of_nees(noise, block, modulation_p_value);
+std::array<double, SyntheticFilter::kRuns> nees_over_time_p_values(const NoiseSource& noise,
+                                                                   std::int64_t block) {
+  std::array<double, SyntheticFilter::kRuns> result{};
+  const std::vector<std::vector<double>> runs = autoregressions(noise, block);
+  for (std::size_t run = 0; run < result.size(); ++run)
+    result[run] = error_modulation(Vector::Map(runs[run].data(), std::ssize(runs[run])).transpose()).p_value;
+  return result;
+}
+
+std::array<double, SyntheticFilter::kRuns> nis_over_time_p_values(const NoiseSource& noise,
+                                                                  std::int64_t block) {
+  return p_values_of_nees(noise, block, 0.0, modulation_p_value);
 }
 
 std::array<double, SyntheticFilter::kRuns / 4> agreement_p_values(const NoiseSource& noise,

@@ -55,8 +55,12 @@ class SyntheticSweep {
 /// p-values of test_single_run on kRuns runs of a squared autoregression (φ = 0.8, 2000 steps); NaN where it
 /// is undecided.
 std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block);
-/// Of modulation_p_value on the same runs.
-std::array<double, SyntheticFilter::kRuns> modulation_p_values(const NoiseSource& noise, std::int64_t block);
+/// Of error_modulation on that autoregression.
+std::array<double, SyntheticFilter::kRuns> nees_over_time_p_values(const NoiseSource& noise,
+                                                                   std::int64_t block);
+/// Of modulation_p_value on squares of white noise.
+std::array<double, SyntheticFilter::kRuns> nis_over_time_p_values(const NoiseSource& noise,
+                                                                  std::int64_t block);
 
 /// p-values that four logs have one time offset (InfluenceInterval::p_agreement), of scores that are as
 /// autoregressions (φ = 0.8, 2000 rows), of kRuns / 4 studies.

@@ -99,11 +99,17 @@ void RunSums::merge(const RunSums& later, double least_dof) {
     further.push_back(course_of(later.nees[i], least_dof));
   further.insert(further.end(), later.further.begin(), later.further.end());
   append(nees, later.nees, kKept);
+  add_samples(later.samples);
   append(last_error, later.last_error, kKept);
   append(last_covariance, later.last_covariance, kKept);
   if (last_whitened.count == 0 || last_whitened.mean.size() == later.last_whitened.mean.size()) {
     last_whitened.merge(later.last_whitened);
   }
+}
+
+void RunSums::add_samples(const std::vector<Matrix>& of_runs) {
+  append(samples, of_runs, std::numeric_limits<std::size_t>::max());
+  if (std::ssize(nees) > StretchSums::kMostRuns) samples.clear();
 }
 
 std::vector<RunCourse> RunSums::courses(double least_dof) const {

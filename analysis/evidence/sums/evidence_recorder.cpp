@@ -390,6 +390,7 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   run.whole.add_to(sums_.study.nees_of_runs);
   run.vehicle.add_to(sums_.study.vehicle_nees_of_runs);
   runs.nees.push_back(std::move(run.nees));
+  runs.add_samples(run.law.few ? std::vector<Matrix>{run.law.samples.errors()} : std::vector<Matrix>{});
   for (std::size_t b = 0; b < run.blocks.size(); ++b) {
     if (run.squared_error[b].count == 0) continue;
     BlockSums& sums = sums_of_block(b);

@@ -137,8 +137,10 @@ void StretchSums::add(const RunWhitened& run, const RunSamples& evenly) {
   const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
   if (groups == 0 || !takes(run.outer.rows())) return;
   ++runs;
-  oscillating += oscillating_share(evenly.errors());
-  samples += evenly.count();
+  constexpr Index kMostOscillating = 512;  // the share costs their square
+  const Matrix errors = evenly.errors(kMostOscillating);
+  oscillating += oscillating_share(errors);
+  samples += errors.cols();
   square += run.outer / static_cast<double>(run.squared);
   const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
   for (std::size_t i = 0; i < kStretches; ++i) {

@@ -15,4 +15,12 @@ void RunSamples::add(const Vector& error, const Vector& variance) {
   samples_.col(count_++) = error.array() / variance.array().sqrt();
 }
 
+Matrix RunSamples::errors(Index most) const {
+  Index stride = 1;
+  while ((count_ + stride - 1) / stride > most) stride *= 2;
+  Matrix some(samples_.rows(), (count_ + stride - 1) / stride);
+  for (Index i = 0; i < some.cols(); ++i) some.col(i) = samples_.col(i * stride);
+  return some;
+}
+
 }  // namespace credence::internal

@@ -7,13 +7,15 @@ namespace credence::internal {
 /// Errors of a run over their σ, evenly over it: every 2^k-th, k as small as kMost of them allow.
 class RunSamples {
  public:
-  static constexpr Index kMost = 512, kLargest = 24;
+  static constexpr Index kMost = 2048, kLargest = 24;
 
   /// The next row, of at most kLargest states with σ > 0, as many as in the rows before; others are left out.
   void add(const Vector& error, const Vector& variance);
 
   /// One a column.
   auto errors() const { return samples_.leftCols(count_); }
+  /// At most so many of them, evenly; `most`: kMost by a power of two.
+  Matrix errors(Index most) const;
   Index count() const { return count_; }
 
  private:

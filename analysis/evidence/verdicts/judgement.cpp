@@ -306,8 +306,8 @@ ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t
   return verdict;
 }
 
-/// NEES, NIS of each sensor, its components and pairs of them, which share what NIS has, NIS over time, the
-/// blocks, the directions of P, and P by the σ that it claims.
+/// NEES, NIS of each sensor, its components and pairs of them, which share what NIS has, NEES and NIS over
+/// time, the blocks, the directions of P, and P by the σ that it claims.
 Word word_of(const Evidence& e, const Judgement& j) {
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
@@ -334,18 +334,27 @@ Word word_of(const Evidence& e, const Judgement& j) {
     add(sensor.components, component_name);
     add(sensor.pairs, pair_name);
   }
-  for (const SensorJudgement& sensor : j.sensors) {
-    const double p = sensor.over_time_p_value;
-    if (std::isnan(p)) continue;
-    const double each = 0.5 * kWordOverTime / static_cast<double>(j.sensors.size());
-    // Of a mean that is not right, what goes up and down may be wrong in its direction at all times.
-    const auto unless = [&](Verdict mean) { return sensor.nis.verdict == mean ? 1.0 : p; };
+  // above, below: whether it lies above, and below, what belongs at some time, and is not wrong one way at
+  // all.
+  const auto add_over_time = [&](const std::string& of, double p, const ConsistencyVerdict& v, double weight,
+                                 bool above, bool below) {
+    if (std::isnan(p)) return;
     const auto add = [&](const char* when, const DirectedPValues& p_value) {
-      averages.push_back(averaged_verdict(p_value, 1, sensor.nis.count));
-      parts.push_back({of_sensor("NIS", sensor) + when, &averages.back(), each, false, true, true});
+      averages.push_back(averaged_verdict(p_value, 1, v.count));
+      parts.push_back({of + when, &averages.back(), 0.5 * weight, false, &v != &j.nees, true});
     };
-    add(" at some times", {unless(Verdict::pessimistic), kNaN});
-    add(" at others", {kNaN, unless(Verdict::optimistic)});
+    add(kAtSomeTimes, {above ? p : 1.0, kNaN});
+    add(kAtOthers, {kNaN, below ? p : 1.0});
+  };
+  const ErrorModulation& nees = j.nees_over_time;
+  const double mean = j.nees.mean / j.nees.expected;
+  add_over_time("NEES", nees.p_value, j.nees, kWordOverTime, mean * (1.0 + nees.amplitude) > 1.0,
+                mean * (1.0 - nees.amplitude) < 1.0);
+  for (const SensorJudgement& sensor : j.sensors) {
+    const Verdict of_mean = sensor.nis.verdict;
+    add_over_time(of_sensor("NIS", sensor), sensor.over_time_p_value, sensor.nis,
+                  kWordOverTime / static_cast<double>(j.sensors.size()), of_mean != Verdict::pessimistic,
+                  of_mean != Verdict::optimistic);
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
@@ -462,6 +471,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
   FewRuns few{.state = stretches_of(e, all)};
   few.blocks = block_stretches_of(e, few.state);
+  j.nees_over_time = nees_over_time(e);
+  few.nees_over_time = j.nees_over_time.p_value;
   for (std::size_t i = 0; i < e.sensors.size(); ++i) {
     few.nis_over_time.push_back(nis_over_time(e.sensors[i]));
     if (!clearly_coloured(j.sensors[i].whiteness, j.confidence))

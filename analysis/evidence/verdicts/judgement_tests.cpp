@@ -42,7 +42,7 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
   tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
                                 s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
   if (!std::isnan(s.over_time_p_value)) {
-    tests.push_back({of_sensor(kOverTime, s), Exactness::approximate, s.over_time_p_value, kNaN,
+    tests.push_back({of_sensor(kNisOverTime, s), Exactness::approximate, s.over_time_p_value, kNaN,
                      "waves and slow changes of its ranks"});
   }
   const auto add = [&](const char* name, const ComponentTest& test, const auto& says) {
@@ -151,6 +151,10 @@ std::string pair_name(const SensorJudgement& sensor, Index direction) {
 std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
   std::vector<NamedTest> tests;
   if (e.has_truth) tests.push_back(verdict_test("NEES", j.nees));
+  if (!std::isnan(j.nees_over_time.p_value)) {
+    tests.push_back({"NEES over time", Exactness::conservative, j.nees_over_time.p_value, kNaN,
+                     fmt::format("waves of {:.0f} rows speak most", j.nees_over_time.wave)});
+  }
   tests.push_back(verdict_test("NIS", j.nis));
   for (const BlockVerdict& block : j.blocks)
     tests.push_back(verdict_test("NEES of " + block.name, block.verdict));

@@ -20,7 +20,7 @@ inline constexpr const char* kPairs = "pairs of components of the innovation";
 inline constexpr const char* kErrorMean = "mean of the errors";
 inline constexpr const char* kErrorCorrelation = "correlation of the whitened errors";
 inline constexpr const char* kHeavyTails = "tails of NEES and NIS";
-inline constexpr const char* kOverTime = "NIS over time";
+inline constexpr const char* kNisOverTime = "NIS over time";
 
 /// The name of a test of two sensors.
 std::string pair_test(const SensorPairJudgement& pair);

@@ -237,7 +237,9 @@ MomentTests moments_of_few(const Evidence& e, const StudyStatistics& all, const 
     const auto by_place = averages_by_place(e.whole_runs.nees, stretches.correlation_time);
     tests.p_values.add(two_sided(by_place.front()));
     tests.p_values.add(too_large_p_value(std::span(by_place).subspan(1)));
+    // What takes back "not Gaussian" may be false where NEES has several memories.
     if (!std::isnan(constant_dof(all))) tests.p_values.add(modulation_of_runs(e.whole_runs.nees));
+    tests.p_values.add(few.nees_over_time);
   }
   for (const SensorSums& sensor : e.sensors) {
     for (const auto& [dof, nis] : sensor.by_dimension) tests.add(nis.value, static_cast<double>(dof));
@@ -329,6 +331,24 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 }
 
 }  // namespace
+
+ErrorModulation nees_over_time(const Evidence& e) {
+  const RunSums& runs = e.whole_runs;
+  if (!e.joint_covariance || runs.samples.size() != runs.nees.size()) return {};
+  ErrorModulation result;
+  SmallestPValue p_values;
+  for (std::size_t i = 0; i < runs.samples.size(); ++i) {
+    const ErrorModulation of_run = error_modulation(runs.samples[i]);
+    p_values.add(of_run.p_value);
+    if (!(of_run.p_value >= result.p_value) && !std::isnan(of_run.p_value)) {
+      const auto values = static_cast<double>(runs.samples[i].cols());
+      result = of_run;
+      result.wave *= std::round(static_cast<double>(runs.nees[i].size()) / values);
+    }
+  }
+  result.p_value = p_values.adjusted();
+  return result;
+}
 
 double nis_over_time(const SensorSums& sensor) {
   std::int64_t runs = 0;

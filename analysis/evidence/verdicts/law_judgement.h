@@ -7,6 +7,7 @@
 #include "analysis/evidence/sums/evidence.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/laws/correlation/block_correlation.h"
+#include "analysis/laws/correlation/error_modulation.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/mean/zero_mean.h"
@@ -111,10 +112,16 @@ struct LawJudgement {
 /// one dimension.
 double nis_over_time(const SensorSums& sensor);
 
+/// Whether errors go up and down in time over their σ (error_modulation.h): of the run that speaks most,
+/// Bonferroni over the runs; `wave` in its rows. NaNs of 20 runs and more, and where one is of other or more
+/// states than RunSamples keeps.
+ErrorModulation nees_over_time(const Evidence& evidence);
+
 /// Of fewer than 20 runs.
 struct FewRuns {
   StretchAverages state{};              ///< none where stretches are not independent
   std::vector<SkewedMoments> blocks{};  ///< the same, in the order of the evidence; empty where none has any
+  double nees_over_time = kNaN;
   std::vector<double> nis_over_time{};  ///< of each sensor
 
   SkewedMoments block(std::size_t i) const { return i < blocks.size() ? blocks[i] : SkewedMoments{}; }

@@ -10,9 +10,12 @@
 namespace credence::internal {
 
 /// Shares of the level that NEES, NIS, all blocks together, the directions of P, P by the σ that it claims,
-/// and NIS of few runs over time have in the word, of those with data.
+/// NEES of few runs over time, and likewise NIS, have in the word, of those with data.
 inline constexpr double kWordNees = 0.4, kWordNis = 0.2, kWordBlocks = 0.4, kWordDirections = 0.1,
                         kWordClaimedSigma = 0.1, kWordOverTime = 0.05;
+
+/// What ends the name of a part that is NEES or NIS over time.
+inline constexpr const char *kAtSomeTimes = " at some times", *kAtOthers = " at others";
 
 /// One verdict on its way into the word.
 struct WordPart {

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <boost/math/special_functions/beta.hpp>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 #include <numbers>
 #include <numeric>
-#include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "analysis/laws/correlation/fourier.h"
 #include "analysis/laws/correlation/thinned_series.h"
 #include "core/nan.h"
 
@@ -17,17 +16,6 @@ namespace credence::internal {
 namespace {
 
 constexpr std::size_t kFewestFrequencies = 64, kOnEachSide = 16;
-
-/// The largest product of 2, 3 and 5 that is no larger.
-std::size_t quick_length(std::size_t n) {
-  for (;; --n) {
-    std::size_t rest = n;
-    for (const std::size_t factor : {std::size_t{2}, std::size_t{3}, std::size_t{5}}) {
-      while (rest > 1 && rest % factor == 0) rest /= factor;
-    }
-    if (rest <= 1) return n;
-  }
-}
 
 /// The places of the values by their size, between −½ and ½; of equal ones their mean.
 std::vector<double> ranks_of(std::span<const double> values) {
@@ -41,17 +29,6 @@ std::vector<double> ranks_of(std::span<const double> values) {
     for (std::size_t i = from; i < to; ++i) ranks[order[i]] = rank;
   }
   return ranks;
-}
-
-/// |Σ u_k e^{−i ω k}|² at ω = 2π j/N, 0 < j < N/2.
-std::vector<double> periodogram_of(const std::vector<double>& u) {
-  Eigen::FFT<double> transform;
-  transform.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  std::vector<std::complex<double>> waves;
-  transform.fwd(waves, u);
-  std::vector<double> powers;
-  for (std::size_t j = 1; 2 * j < u.size(); ++j) powers.push_back(std::norm(waves[j]));
-  return powers;
 }
 
 double autocorrelation(const std::vector<double>& u, std::size_t lag) {
@@ -122,7 +99,7 @@ double modulation_p_value(std::span<const double> series) {
   if (values.size() < 2 * kFewestFrequencies) return kNaN;
   const std::vector<double> ranks = ranks_of(std::span(values).first(quick_length(values.size())));
   const bool varies = std::ranges::any_of(ranks, [](double rank) { return rank != 0.0; });
-  std::vector<double> powers = periodogram_of(ranks);
+  std::vector<double> powers = periodogram(ranks);
   if (!varies || powers.size() < kFewestFrequencies) return kNaN;
   whiten(ranks, powers);
   return std::min(1.0, 2.0 * std::min(wave_p_value(powers), slow_p_value(powers)));

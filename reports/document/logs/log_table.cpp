@@ -51,6 +51,25 @@ std::string tests_of(const SensorJudgement& s) {
       std::isnan(over_time) ? "" : "; of NIS that goes up and down in time " + p_value_statement(over_time));
 }
 
+/// Why the answer says "at some times" and "at others", of which no row does.
+void add_over_time(ReportTable& table, const Judgement& a) {
+  const auto named = [&a](std::string_view of) {
+    return std::ranges::any_of(a.word.named, [of](const std::string& name) {
+      return name.starts_with(of) && (name.ends_with(kAtSomeTimes) || name.ends_with(kAtOthers));
+    });
+  };
+  if (named("NEES")) {
+    table.notes.push_back(
+        fmt::format("At some times, at others: NEES goes up and down in time by more than the memory of the "
+                    "errors makes ({}), most in waves of about {:.0f} rows. Its mean may be right all the "
+                    "same.",
+                    p_value_statement(a.nees_over_time.p_value), a.nees_over_time.wave));
+  }
+  if (named("NIS"))
+    table.notes.emplace_back(
+        "At some times, at others: NIS goes up and down in time. Its mean may be right all the same.");
+}
+
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   const Evidence& s = logs.analysis.evidence;
   const auto counted = [](std::int64_t n, const char* what) {
@@ -207,6 +226,7 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
         "more often. The answer joins them all, at {0:g} % together: what it does not say is no evidence.",
         100.0 * (1.0 - a.confidence)));
   }
+  add_over_time(table, a);
   add_read_notes(table, logs);
   if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {
     table.notes.push_back("NEES: " + a.nees.reason + ".");
@@ -223,6 +243,11 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
 
 std::vector<std::string> log_statistics(const Judgement& a) {
   std::vector<std::string> sentences;
+  if (const double p = a.nees_over_time.p_value; !std::isnan(p)) {
+    sentences.push_back(
+        fmt::format("NEES: test of what goes up and down in time, beyond the memory of the errors, {}.",
+                    p_value_statement(p)));
+  }
   for (const SensorJudgement& s : a.sensors) sentences.push_back(tests_of(s));
   for (const SensorJudgement& s : a.sensors) {
     const std::string name = s.name.empty() ? "" : " of " + s.name;

@@ -16,11 +16,18 @@ TEST(RunSamples, AreErrorsOverTheirStandardDeviations) {
   EXPECT_EQ(samples.errors().col(0), both(1.0, -2.0));
 }
 
-// Of 3,000 rows every eighth: 375.
+// Of 12,000 rows every eighth: 1,500, and of 3,000 at most 512 every eighth.
 TEST(RunSamples, OfALongRunLieEvenlyOverIt) {
   RunSamples samples;
-  for (int k = 0; k < 3000; ++k) samples.add(both(k, 1.0), both(1.0, 1.0));
-  ASSERT_EQ(samples.count(), 375);
+  for (int k = 0; k < 12000; ++k) {
+    samples.add(both(k, 1.0), both(1.0, 1.0));
+    if (k + 1 != 3000) continue;
+    ASSERT_EQ(samples.count(), 1500);
+    const Matrix some = samples.errors(512);
+    ASSERT_EQ(some.cols(), 375);
+    for (Index i = 0; i < some.cols(); ++i) EXPECT_EQ(some(0, i), 8.0 * static_cast<double>(i));
+  }
+  ASSERT_EQ(samples.count(), 1500);
   for (Index i = 0; i < samples.count(); ++i) EXPECT_EQ(samples.errors()(0, i), 8.0 * static_cast<double>(i));
 }
 

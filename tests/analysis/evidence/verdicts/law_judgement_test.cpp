@@ -421,6 +421,41 @@ TEST(LawJudgement, AWaveOfOneRunIsNoHeavyTail) {
   EXPECT_GE(tails, 9);
 }
 
+// The same waves where P tells them apart: too small at some times, too large at others.
+TEST(LawJudgement, AWaveOfOneRunIsMixed) {
+  for (const double period : {40.0, 500.0}) {
+    const auto wave = [period](int k) { return 1.0 + 0.8 * std::sin(2.0 * std::numbers::pi * k / period); };
+    const Judgement j = one_run(gaussian(100), wave);
+    EXPECT_EQ(j.word.verdict, Verdict::mixed) << period;
+    EXPECT_EQ(j.word.says, "optimistic in NEES at some times; pessimistic in NEES at others");
+    EXPECT_NEAR(j.nees_over_time.wave, period, 0.05 * period);
+    EXPECT_TRUE(std::ranges::any_of(j.tests, [](const NamedTest& test) {
+      return test.name == "NEES over time" && test.adjusted <= 1e-6;
+    })) << period;
+  }
+  const Judgement right = one_run(gaussian(100), [](int) { return 1.0; });
+  EXPECT_EQ(right.word.verdict, Verdict::consistent);
+  EXPECT_GT(right.nees_over_time.p_value, 0.05);
+}
+
+// A P that is five times too small is so at all times.
+TEST(LawJudgement, AWaveOfErrorsThatAreAllTooLargeIsOptimistic) {
+  const auto wave = [](int k) { return 5.0 + 3.0 * std::sin(2.0 * std::numbers::pi * k / 100.0); };
+  const Judgement j = one_run(gaussian(7), wave);
+  EXPECT_LE(j.nees_over_time.p_value, 1e-6);
+  EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
+}
+
+// Steps tell it of many runs, and nothing is kept of them.
+TEST(LawJudgement, NeesOverTimeIsTestedOfFewRuns) {
+  const Matrix I = Matrix::Identity(2, 2);
+  for (const int runs : {2, 19, 20}) {
+    const Evidence e = errors_of(I, I, runs, 200, gaussian(3));
+    EXPECT_EQ(std::ssize(e.whole_runs.samples), runs < 20 ? runs : 0);
+    EXPECT_EQ(std::isnan(judge(e).nees_over_time.p_value), runs == 20) << runs;
+  }
+}
+
 // 20,000 rows are 20 stretches whose mean is known to 1 %: within 10 % where P is right, and not where it is
 // 1.1 times too small.
 TEST(LawJudgement, OneLongRunProvesWhatItsStretchesTell) {

@@ -186,6 +186,23 @@ TEST(LogTable, SaysThatAVehicleIsNoPose) {
   EXPECT_THAT(log_verdicts(logs, 9).notes, Contains(HasSubstr("vehicle.… are 3 states, 0 of them angles")));
 }
 
+// No row of the table says what the answer does.
+TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
+  CheckedLogs logs = logs_with();
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(Contains(HasSubstr("At some times"))));
+  Judgement& j = logs.analysis.judgement;
+  j.nees_over_time = {1e-5, 187.0, 0.5};
+  j.word.named = {"NEES at some times", "NIS of gps at others"};
+  const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
+  EXPECT_THAT(notes,
+              Contains("At some times, at others: NEES goes up and down in time by more than the memory "
+                       "of the errors makes (p = 1.00e−5), most in waves of about 187 rows. Its mean "
+                       "may be right all the same."));
+  EXPECT_THAT(notes, Contains(HasSubstr("at others: NIS goes up and down in time.")));
+  EXPECT_THAT(log_statistics(j), Contains("NEES: test of what goes up and down in time, beyond the memory of "
+                                          "the errors, p = 1.00e−5."));
+}
+
 TEST(LogTable, ATinyPValueIsNoEquation) {
   Judgement judgement;
   judgement.sensors.resize(1);
