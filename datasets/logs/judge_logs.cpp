@@ -38,7 +38,8 @@ struct Group {
   RunFingerprints fingerprints;
   std::int64_t unmatched = 0, unexplained = 0;
   TruthFit truth_fit = TruthFit::none;
-  std::size_t files = 0;
+  std::size_t files = 0;  ///< that were begun
+  bool interrupted = false;
   std::exception_ptr error;
 };
 
@@ -113,6 +114,12 @@ class GroupSink final : public LogSink {
     steps_ = 0;
     number_.begin_file();
     group_.fingerprints.begin_file(file);
+  }
+  /// The file ends in the middle of a run.
+  void interrupt() {
+    end_file();
+    group_.judged.failed();  // that it ends before the others tells nothing
+    remark(fmt::format("interrupted: its first {} rows are judged", steps_));
   }
   /// A run that is alone in its file has no number.
   void end_file() {
@@ -239,10 +246,12 @@ class GroupSink final : public LogSink {
   double travelled_m_ = kNaN, time_s_ = kNaN;  ///< of the next step
 };
 
-/// Reads one file after the other, and hands their rows on to `rows`.
+/// Reads one file after the other, and hands their rows on to `rows`. An interruption ends it after the rows
+/// that were read.
 void read_files(std::span<const std::filesystem::path> files, const LogFileReader& read, bool partial,
-                GroupSink& sink, RowSink& rows) {
+                Group& group, GroupSink& sink, RowSink& rows) {
   for (const std::filesystem::path& file : files) {
+    ++group.files;
     sink.begin_file(file);
     try {
       read(file, sink.to(rows));
@@ -251,6 +260,11 @@ void read_files(std::span<const std::filesystem::path> files, const LogFileReade
       if (!partial || sink.steps() == 0) throw;
       sink.end_file();
       sink.remark(fmt::format("only a part could be read: {}", error.what()));
+    } catch (const Stopped&) {
+      group.interrupted = true;
+      if (sink.steps() > 0) return sink.interrupt();
+      if (--group.files == 0) throw;
+      return;
     }
   }
 }
@@ -260,7 +274,7 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
   Group group;
   GroupSums sums(group.calibration);
   GroupSink sink(group, bytes);
-  const auto read_all = [&](RowSink& rows) { read_files(files, read, options.partial, sink, rows); };
+  const auto read_all = [&](RowSink& rows) { read_files(files, read, options.partial, group, sink, rows); };
   try {
     if (ahead) {
       read_ahead(sums, options.stop, read_all);
@@ -273,7 +287,6 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
   } catch (...) {
     group.error = std::current_exception();
   }
-  group.files = files.size();
   return group;
 }
 
@@ -311,7 +324,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   std::condition_variable turn;
   std::int64_t merged = 0;       // groups
   std::int64_t unexplained = 0;  // files
-  bool failed = false;
+  bool failed = false, interrupted = false;
   const auto groups = static_cast<std::int64_t>((files.size() + kGroupFiles - 1) / kGroupFiles);
   const bool ahead = groups < thread_count(options.threads);  // else all threads have a group
   for_each_task(groups, options.threads, options.stop, [&](std::int64_t i) {
@@ -337,6 +350,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     result.truth_fit = std::max(result.truth_fit, group.truth_fit);
     unexplained += group.unexplained;
     result.files += static_cast<std::int64_t>(group.files);
+    interrupted = interrupted || group.interrupted;
     ++merged;
     failed = false;
   });
@@ -344,7 +358,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   for (RunFingerprints::Likeness& likeness : fingerprints.likenesses())
     result.remarks.push_back({std::move(likeness.file), std::move(likeness.sentence)});
   result.copies = fingerprints.copies();
-  result.complete = merged == groups;
+  result.complete = merged == groups && !interrupted;
   leave_out_chance(result, unexplained);
   return result;
 }

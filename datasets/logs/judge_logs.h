@@ -22,7 +22,7 @@ using LogFileReader = std::function<void(const std::filesystem::path& file, LogS
 
 struct LogJudgeOptions {
   int threads = 0;                                   ///< 0: one for each processor
-  const std::atomic<bool>* stop = nullptr;           ///< set: the groups in hand are dropped
+  const std::atomic<bool>* stop = nullptr;           ///< set: what was read is judged
   std::function<void(std::int64_t bytes)> progress;  ///< bytes read so far, by one thread at a time
   /// Of a file that is cut off or corrupted what comes before is judged, with a remark, if it is anything.
   bool partial = false;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <map>
 #include <random>
@@ -11,6 +12,7 @@
 #include "analysis/calibration/calibration.h"
 #include "analysis/evidence/sums/evidence_bytes.h"
 #include "analysis/evidence/verdicts/judgement.h"
+#include "core/stop_point.h"
 #include "datasets/logs/filter_log.h"
 #include "tests/temporary_folder.h"
 
@@ -200,6 +202,49 @@ TEST(JudgeLogs, TheSameBitsWhicheverThreadNormalisesTheRows) {
 
 // Of sensors of one name with other observations the sum of all components is followed, and two sensors are
 // compared where they are what they were before.
+/// Files of one state that are interrupted once so many rows of one of them are told.
+LogJudgeResult judge_interrupted(int files, int in_file, int rows, int threads) {
+  std::atomic<bool> stop = false;
+  std::vector<std::filesystem::path> paths;
+  for (int i = 0; i < files; ++i) paths.emplace_back(fmt::format("{}.csv", i));
+  const auto read = [&](const std::filesystem::path& path, LogSink& sink) {
+    const int file = std::stoi(path.string());
+    std::mt19937_64 bits(static_cast<unsigned>(file));
+    std::normal_distribution<double> normal;
+    if (file == in_file && rows == 0) stop = true;
+    stop_point();
+    sink.begin_run({.states = {"x"}, .angles = {false}});
+    for (std::int64_t k = 1; k <= 400; ++k) {
+      sink.add({.step = k, .states = {0}, .error = Vector{{normal(bits)}}, .P = Matrix::Ones(1, 1)});
+      if (file == in_file && k == rows) stop = true;
+    }
+  };
+  return judge_logs(paths, read, {.threads = threads, .stop = &stop});
+}
+
+// Alone, while it is read ahead and while it is not; after others; and before its first row.
+TEST(JudgeLogs, WhatWasReadBeforeAnInterruptionIsJudged) {
+  for (const int threads : {1, 4}) {
+    const LogJudgeResult alone = judge_interrupted(1, 0, 150, threads);
+    EXPECT_FALSE(alone.complete);
+    EXPECT_EQ(alone.evidence.rows, 150);
+    EXPECT_EQ(alone.evidence.study.nees_of_runs.moments.count, 1);
+    EXPECT_EQ(alone.run_names, std::vector<std::string>{"0"});
+    ASSERT_EQ(alone.remarks.size(), 1U);
+    EXPECT_EQ(alone.remarks[0].sentence, "interrupted: its first 150 rows are judged");
+    const LogJudgeResult third = judge_interrupted(5, 2, 7, threads);
+    EXPECT_FALSE(third.complete);
+    EXPECT_EQ(third.evidence.rows, 807);
+    EXPECT_EQ(third.files, 3);
+    const LogJudgeResult before = judge_interrupted(5, 2, 0, threads);
+    EXPECT_FALSE(before.complete);
+    EXPECT_EQ(before.evidence.rows, 800);
+    EXPECT_EQ(before.files, 2);
+    EXPECT_TRUE(before.remarks.empty());
+    EXPECT_EQ(judge_interrupted(1, 0, 0, threads).evidence.rows, 0);
+  }
+}
+
 TEST(JudgeLogs, SensorsMayMeasureOtherThingsInOtherFiles) {
   const FileOfRuns one{kTwo, {{"a", {2, 2}}, {"b", {3, 1}}}}, other{kTwo, {{"a", {3, 2}}, {"b", {1, 1}}}};
   LogJudgeResult result = judge_files({{"1", one}, {"2", other}, {"3", one}});
