@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <stdexcept>
 
 #include "analysis/studies/estimator_map.h"
 #include "app/commands.h"
@@ -47,7 +48,16 @@ int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
   return std::ranges::any_of(map.studies, any_failed) ? kSomeFailed : kDone;
 }
 
+/// The same one twice would be another one to Holm's procedure.
+void require_each_once(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (std::ranges::count(names, name) > 1)
+      throw std::invalid_argument(fmt::format("--estimators: {} is named twice", name));
+  }
+}
+
 int estimators(EstimatorsCommand& command) {
+  require_each_once(command.study.estimators);
   const SweepPlan plan = open_sweep(command.scenario, command.overrides());
   ProgressDisplay display("estimators", command.quiet);
   command.study.threads = command.threads;

@@ -345,8 +345,6 @@ ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<s
   const EstimatorOffer& offer = offer_of(scenario);
   const std::vector<std::string_view> offered = offer.names(&scenario);
   for (const std::string& name : asked) {
-    if (std::ranges::count(asked, name) > 1)
-      throw std::invalid_argument(fmt::format("the estimator \"{}\" is named twice", name));
     if (std::ranges::find(offered, name) != offered.end()) continue;
     throw std::invalid_argument(
         fmt::format("this scenario has no estimator \"{}\"; it has {}", name, fmt::join(offered, ", ")));

@@ -85,6 +85,9 @@ TEST_F(EstimatorsCommand, MapsASweep) {
 }
 
 TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {
+  const Finished twice = run({"estimators", scenario_file("huang_ring"), "--estimators", "ekf,fej,ekf"});
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_NE(twice.err.find("--estimators: ekf is named twice"), std::string::npos) << twice.err;
   const Finished planar = run({"estimators", scenario_file("planar_loop")});
   EXPECT_EQ(planar.code, 2);
   EXPECT_NE(planar.err.find("planar_loop.toml: world.model = \"planar\""), std::string::npos) << planar.err;

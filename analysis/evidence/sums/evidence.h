@@ -139,9 +139,9 @@ struct RunSums {
   std::vector<Vector> last_error;         ///< of the block that leads (lead_block), at the end of each
   std::vector<Matrix> last_covariance;
   std::vector<RunCourse> further;  ///< how NEES went in the runs behind the first kKept
-  std::vector<Matrix> samples;  ///< of few runs, each well ended: errors over σ, one a column (RunSamples)
-  VectorMoments last_whitened;  ///< of the whole state at the end (correlation_whitening.h); only of runs
-                                ///< with as many states, of which P is of full rank
+  std::vector<Matrix> samples;     ///< of few runs (RunLaw::samples_of_all)
+  VectorMoments last_whitened;     ///< of the whole state at the end (correlation_whitening.h); only of runs
+                                   ///< with as many states, of which P is of full rank
 
   /// least_dof: of the NEES of `later`.
   void merge(const RunSums& later, double least_dof);

@@ -48,6 +48,7 @@ class Pass {
   void one(T& value) {
     if constexpr (kReads) {
       bytes_.get(value);
+      if constexpr (std::same_as<T, CoverageCount>) require(value.inside >= 0 && value.inside <= value.total);
     } else {
       bytes_.put(value);
     }

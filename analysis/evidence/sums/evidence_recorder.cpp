@@ -267,6 +267,8 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   const bool complete = whole.dof == all && step.P.rows() == all, averaged = averaged_.empty() && complete;
   if (run.law.few && !averaged) add_large(run.law, step);
   if (run.law.few && complete) run.law.samples.add(step.error, step.variance);
+  if (run.law.few && lead_ >= 0 && step.lead.error.size() > 0)
+    run.law.lead_samples.add(step.lead.error, step.lead.P.diagonal());
   if (averaged) {
     add_averaged(run.law, step.error, step.variance, step.P);
   } else if (!averaged_.empty() && step.blocks[static_cast<std::size_t>(lead_)].dof == averaged_dim_) {
@@ -389,8 +391,10 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   }
   run.whole.add_to(sums_.study.nees_of_runs);
   run.vehicle.add_to(sums_.study.vehicle_nees_of_runs);
+  std::vector<Matrix> samples;
+  if (run.law.few) samples.push_back(run.law.samples_of_all(std::ssize(run.nees)));
   runs.nees.push_back(std::move(run.nees));
-  runs.add_samples(run.law.few ? std::vector<Matrix>{run.law.samples.errors()} : std::vector<Matrix>{});
+  runs.add_samples(samples);
   for (std::size_t b = 0; b < run.blocks.size(); ++b) {
     if (run.squared_error[b].count == 0) continue;
     BlockSums& sums = sums_of_block(b);

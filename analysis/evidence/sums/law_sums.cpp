@@ -281,6 +281,11 @@ void RunLaw::add_whitened(const Vector& whitened, const Matrix& P) {
   }
 }
 
+Matrix RunLaw::samples_of_all(Index rows) const {
+  if (samples.rows() == rows) return samples.errors();
+  return lead_samples.rows() == rows ? Matrix(lead_samples.errors()) : Matrix();
+}
+
 void RunLaw::add_to(LawSums& sums, const std::string& of) const {
   if (averaged.squared > 0 && sums.takes(of, averaged.outer.rows())) {
     sums.second_moments.add(averaged.outer / static_cast<double>(averaged.squared));

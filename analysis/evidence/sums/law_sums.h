@@ -135,9 +135,9 @@ constexpr std::size_t pair_of(Index p, Index q) { return static_cast<std::size_t
 
 /// Of the run at hand.
 struct RunLaw {
-  bool few = false;        ///< it is one of few runs, whose stretches may be compared
-  RunWhitened averaged{};  ///< u = R^{-1/2} D⁻¹ e of the state, or of a block of a large one
-  RunSamples samples{};    ///< of few runs
+  bool few = false;                      ///< it is one of few runs, whose stretches may be compared
+  RunWhitened averaged{};                ///< u = R^{-1/2} D⁻¹ e of the state, or of a block of a large one
+  RunSamples samples{}, lead_samples{};  ///< of few runs: of the state, and of the block that leads
   RunWhitened large{};  ///< D⁻¹ e of a state that is not averaged, or of rows that lack states, of few runs
   Vector normalised{};             ///< Σ D⁻¹ e of what is averaged, of all rows
   Index errors = 0;                ///< those rows
@@ -151,6 +151,9 @@ struct RunLaw {
   bool add_error(const Vector& error, const Vector& variance);
   /// It whitened by P, which tells the states that are claimed to be correlated.
   void add_whitened(const Vector& whitened, const Matrix& P);
+  /// Of a run of so many rows those of the state, or else of the block that leads, which all rows have; none
+  /// where neither is in all.
+  Matrix samples_of_all(Index rows) const;
   /// The run ended well; `of` is the block of the errors, "" for the state.
   void add_to(LawSums& sums, const std::string& of) const;
 };

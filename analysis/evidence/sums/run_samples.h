@@ -17,6 +17,8 @@ class RunSamples {
   /// At most so many of them, evenly; `most`: kMost by a power of two.
   Matrix errors(Index most) const;
   Index count() const { return count_; }
+  /// That they are of.
+  Index rows() const { return rows_; }
 
  private:
   Matrix samples_{};

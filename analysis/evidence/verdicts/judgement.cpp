@@ -337,24 +337,26 @@ Word word_of(const Evidence& e, const Judgement& j) {
   // above, below: whether it lies above, and below, what belongs at some time, and is not wrong one way at
   // all.
   const auto add_over_time = [&](const std::string& of, double p, const ConsistencyVerdict& v, double weight,
-                                 bool above, bool below) {
+                                 bool of_S, bool above, bool below) {
     if (std::isnan(p)) return;
     const auto add = [&](const char* when, const DirectedPValues& p_value) {
       averages.push_back(averaged_verdict(p_value, 1, v.count));
-      parts.push_back({of + when, &averages.back(), 0.5 * weight, false, &v != &j.nees, true});
+      parts.push_back({of + when, &averages.back(), 0.5 * weight, false, of_S, true});
     };
     add(kAtSomeTimes, {above ? p : 1.0, kNaN});
     add(kAtOthers, {kNaN, below ? p : 1.0});
   };
-  const ErrorModulation& nees = j.nees_over_time;
-  const double mean = j.nees.mean / j.nees.expected;
-  add_over_time("NEES", nees.p_value, j.nees, kWordOverTime, mean * (1.0 + nees.amplitude) > 1.0,
-                mean * (1.0 - nees.amplitude) < 1.0);
+  const NeesOverTime& nees = j.nees_over_time;
+  const auto lead = std::ranges::find(j.blocks, nees.of, &BlockVerdict::name);
+  const ConsistencyVerdict& of_nees = lead == j.blocks.end() ? j.nees : lead->verdict;
+  const double mean = of_nees.mean / of_nees.expected;
+  add_over_time(nees.of.empty() ? "NEES" : nees.of, nees.p_value, of_nees, kWordOverTime, false,
+                mean * (1.0 + nees.amplitude) > 1.0, mean * (1.0 - nees.amplitude) < 1.0);
   for (const SensorJudgement& sensor : j.sensors) {
     const Verdict of_mean = sensor.nis.verdict;
     add_over_time(of_sensor("NIS", sensor), sensor.over_time_p_value, sensor.nis,
-                  kWordOverTime / static_cast<double>(j.sensors.size()), of_mean != Verdict::pessimistic,
-                  of_mean != Verdict::optimistic);
+                  kWordOverTime / static_cast<double>(j.sensors.size()), true,
+                  of_mean != Verdict::pessimistic, of_mean != Verdict::optimistic);
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {

@@ -128,6 +128,10 @@ void list_errors(const Evidence& e, const Judgement& j, std::vector<NamedTest>& 
 
 }  // namespace
 
+std::string over_time_test(const NeesOverTime& nees) {
+  return nees.of.empty() ? "NEES over time" : fmt::format("NEES of {} over time", nees.of);
+}
+
 std::string pair_test(const SensorPairJudgement& pair) {
   return fmt::format("innovations of {} and {} at one step", pair.first, pair.second);
 }
@@ -152,8 +156,8 @@ std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
   std::vector<NamedTest> tests;
   if (e.has_truth) tests.push_back(verdict_test("NEES", j.nees));
   if (!std::isnan(j.nees_over_time.p_value)) {
-    tests.push_back({"NEES over time", Exactness::conservative, j.nees_over_time.p_value, kNaN,
-                     fmt::format("waves of {:.0f} rows speak most", j.nees_over_time.wave)});
+    tests.push_back({over_time_test(j.nees_over_time), Exactness::conservative, j.nees_over_time.p_value,
+                     kNaN, fmt::format("waves of {:.0f} rows speak most", j.nees_over_time.wave)});
   }
   tests.push_back(verdict_test("NIS", j.nis));
   for (const BlockVerdict& block : j.blocks)

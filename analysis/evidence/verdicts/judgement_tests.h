@@ -22,6 +22,9 @@ inline constexpr const char* kErrorCorrelation = "correlation of the whitened er
 inline constexpr const char* kHeavyTails = "tails of NEES and NIS";
 inline constexpr const char* kNisOverTime = "NIS over time";
 
+/// The name of that test.
+std::string over_time_test(const NeesOverTime& nees);
+
 /// The name of a test of two sensors.
 std::string pair_test(const SensorPairJudgement& pair);
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/correlation/modulation.h"
 #include "analysis/laws/mean/equivalence.h"
@@ -332,17 +333,22 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
 
 }  // namespace
 
-ErrorModulation nees_over_time(const Evidence& e) {
+NeesOverTime nees_over_time(const Evidence& e) {
   const RunSums& runs = e.whole_runs;
-  if (!e.joint_covariance || runs.samples.size() != runs.nees.size()) return {};
-  ErrorModulation result;
+  if (!e.joint_covariance || runs.nees.empty() || runs.samples.size() != runs.nees.size()) return {};
+  const Index dim = runs.samples.front().rows();
+  if (!std::ranges::all_of(runs.samples, [dim](const Matrix& of_run) { return of_run.rows() == dim; }))
+    return {};
+  NeesOverTime result;
+  if (const Index lead = lead_block(e.layout); lead >= 0 && dim != e.state_dim)
+    result.of = e.layout.blocks[static_cast<std::size_t>(lead)].name;
   SmallestPValue p_values;
   for (std::size_t i = 0; i < runs.samples.size(); ++i) {
     const ErrorModulation of_run = error_modulation(runs.samples[i]);
     p_values.add(of_run.p_value);
     if (!(of_run.p_value >= result.p_value) && !std::isnan(of_run.p_value)) {
       const auto values = static_cast<double>(runs.samples[i].cols());
-      result = of_run;
+      static_cast<ErrorModulation&>(result) = of_run;
       result.wave *= std::round(static_cast<double>(runs.nees[i].size()) / values);
     }
   }

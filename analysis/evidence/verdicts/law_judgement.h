@@ -113,9 +113,14 @@ struct LawJudgement {
 double nis_over_time(const SensorSums& sensor);
 
 /// Whether errors go up and down in time over their σ (error_modulation.h): of the run that speaks most,
-/// Bonferroni over the runs; `wave` in its rows. NaNs of 20 runs and more, and where one is of other or more
-/// states than RunSamples keeps.
-ErrorModulation nees_over_time(const Evidence& evidence);
+/// Bonferroni over the runs; `wave` in its rows.
+struct NeesOverTime : ErrorModulation {
+  std::string of{};  ///< the block that leads, where not the state; "" else
+};
+
+/// NaNs of 20 runs and more, and where neither the state, of at most RunSamples::kLargest, nor the block that
+/// leads is in all rows.
+NeesOverTime nees_over_time(const Evidence& evidence);
 
 /// Of fewer than 20 runs.
 struct FewRuns {

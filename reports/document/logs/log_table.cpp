@@ -58,12 +58,14 @@ void add_over_time(ReportTable& table, const Judgement& a) {
       return name.starts_with(of) && (name.ends_with(kAtSomeTimes) || name.ends_with(kAtOthers));
     });
   };
-  if (named("NEES")) {
+  const NeesOverTime& nees = a.nees_over_time;
+  const std::string what = nees.of.empty() ? "NEES" : "NEES of " + nees.of;
+  if (named(nees.of.empty() ? "NEES" : nees.of)) {
     table.notes.push_back(
-        fmt::format("At some times, at others: NEES goes up and down in time by more than the memory of the "
+        fmt::format("At some times, at others: {} goes up and down in time by more than the memory of the "
                     "errors makes ({}), most in waves of about {:.0f} rows. Its mean may be right all the "
                     "same.",
-                    p_value_statement(a.nees_over_time.p_value), a.nees_over_time.wave));
+                    what, p_value_statement(nees.p_value), nees.wave));
   }
   if (named("NIS"))
     table.notes.emplace_back(
@@ -243,10 +245,10 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
 
 std::vector<std::string> log_statistics(const Judgement& a) {
   std::vector<std::string> sentences;
-  if (const double p = a.nees_over_time.p_value; !std::isnan(p)) {
+  if (const NeesOverTime& nees = a.nees_over_time; !std::isnan(nees.p_value)) {
     sentences.push_back(
-        fmt::format("NEES: test of what goes up and down in time, beyond the memory of the errors, {}.",
-                    p_value_statement(p)));
+        fmt::format("NEES{}: test of what goes up and down in time, beyond the memory of the errors, {}.",
+                    nees.of.empty() ? "" : " of " + nees.of, p_value_statement(nees.p_value)));
   }
   for (const SensorJudgement& s : a.sensors) sentences.push_back(tests_of(s));
   for (const SensorJudgement& s : a.sensors) {

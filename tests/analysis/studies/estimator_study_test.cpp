@@ -270,7 +270,6 @@ TEST(EstimatorStudy, WhatItCannotCompareIsRefused) {
   const Scenario planar = load_scenario_text("[world]\nmodel = \"planar\"\n", "t.toml");
   EXPECT_THROW(study_estimators(planar, {}), std::invalid_argument);
   EXPECT_THROW(study_estimators(load("huang_ring"), {.estimators = {"magic"}}), std::invalid_argument);
-  EXPECT_THROW(study_estimators(load("huang_ring"), {.estimators = {"ekf", "ekf"}}), std::invalid_argument);
 }
 
 // Gains that depend on no data need every measurement.

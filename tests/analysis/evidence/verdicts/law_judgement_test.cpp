@@ -1,6 +1,7 @@
 #include "analysis/evidence/verdicts/law_judgement.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -444,6 +445,33 @@ TEST(LawJudgement, AWaveOfErrorsThatAreAllTooLargeIsOptimistic) {
   const Judgement j = one_run(gaussian(7), wave);
   EXPECT_LE(j.nees_over_time.p_value, 1e-6);
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
+}
+
+// Of a map that grows the pose, which all rows have.
+TEST(LawJudgement, AWaveOfThePoseIsSeenBesideAMapThatGrows) {
+  RunLayout layout{.states = {"pose.x", "pose.y", "pose.heading", "landmark1.x", "landmark1.y"},
+                   .angles = {false, false, true, false, false},
+                   .landmark_dim = 2};
+  add_named_blocks(layout);
+  EvidenceRecorder recorder(layout);
+  recorder.begin_run();
+  auto draw = gaussian(5);
+  Step step{.states = {0, 1, 2}};
+  for (step.step = 1; step.step <= 2000; ++step.step) {
+    if (step.step == 300) step.states = {0, 1, 2, 3, 4};
+    const auto n = std::ssize(step.states);
+    step.P = 0.01 * Matrix::Identity(n, n);
+    const double wave = 1.0 + 0.7 * std::sin(0.02 * static_cast<double>(step.step));
+    step.error =
+        Vector::NullaryExpr(n, [&](Index i) { return 0.1 * (i < 3 ? std::sqrt(wave) : 1.0) * draw(); });
+    recorder.add(step);
+  }
+  const Judgement j = judge(recorder.take());
+  EXPECT_EQ(j.nees_over_time.of, "pose");
+  EXPECT_LE(j.nees_over_time.p_value, 1e-6);
+  EXPECT_EQ(j.word.verdict, Verdict::mixed) << j.word.says;
+  EXPECT_THAT(j.word.named, ::testing::IsSupersetOf({"pose at some times", "pose at others"}));
+  EXPECT_EQ(std::ranges::count(j.tests, "NEES of pose over time", &NamedTest::name), 1);
 }
 
 // Steps tell it of many runs, and nothing is kept of them.

@@ -191,7 +191,7 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
   CheckedLogs logs = logs_with();
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(Contains(HasSubstr("At some times"))));
   Judgement& j = logs.analysis.judgement;
-  j.nees_over_time = {1e-5, 187.0, 0.5};
+  j.nees_over_time = {{1e-5, 187.0, 0.5}};
   j.word.named = {"NEES at some times", "NIS of gps at others"};
   const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
   EXPECT_THAT(notes,
@@ -201,6 +201,10 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
   EXPECT_THAT(notes, Contains(HasSubstr("at others: NIS goes up and down in time.")));
   EXPECT_THAT(log_statistics(j), Contains("NEES: test of what goes up and down in time, beyond the memory of "
                                           "the errors, p = 1.00e−5."));
+  j.nees_over_time.of = "vehicle";
+  j.word.named = {"vehicle at some times"};
+  EXPECT_THAT(log_verdicts(logs, 9).notes,
+              Contains(HasSubstr("At some times, at others: NEES of vehicle goes up and down in time")));
 }
 
 TEST(LogTable, ATinyPValueIsNoEquation) {
