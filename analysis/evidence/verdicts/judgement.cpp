@@ -346,12 +346,14 @@ Word word_of(const Evidence& e, const Judgement& j) {
     add(kAtSomeTimes, {above ? p : 1.0, kNaN});
     add(kAtOthers, {kNaN, below ? p : 1.0});
   };
-  const NeesOverTime& nees = j.nees_over_time;
-  const auto lead = std::ranges::find(j.blocks, nees.of, &BlockVerdict::name);
-  const ConsistencyVerdict& of_nees = lead == j.blocks.end() ? j.nees : lead->verdict;
-  const double mean = of_nees.mean / of_nees.expected;
-  add_over_time(nees.of.empty() ? "NEES" : nees.of, nees.p_value, of_nees, kWordOverTime, false,
-                mean * (1.0 + nees.amplitude) > 1.0, mean * (1.0 - nees.amplitude) < 1.0);
+  for (const NeesOverTime& nees : j.nees_over_time) {
+    const auto block = std::ranges::find(j.blocks, nees.of, &BlockVerdict::name);
+    const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
+    const double mean = v.mean / v.expected, parts_of_it = static_cast<double>(j.nees_over_time.size() - 1);
+    const double share = parts_of_it == 0.0 ? 1.0 : nees.of.empty() ? 0.5 : 0.5 / parts_of_it;
+    add_over_time(nees.of.empty() ? "NEES" : nees.of, nees.p_value, v, share * kWordOverTime, false,
+                  mean * (1.0 + nees.amplitude) > 1.0, mean * (1.0 - nees.amplitude) < 1.0);
+  }
   for (const SensorJudgement& sensor : j.sensors) {
     const Verdict of_mean = sensor.nis.verdict;
     add_over_time(of_sensor("NIS", sensor), sensor.over_time_p_value, sensor.nis,
@@ -474,7 +476,10 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   FewRuns few{.state = stretches_of(e, all)};
   few.blocks = block_stretches_of(e, few.state);
   j.nees_over_time = nees_over_time(e);
-  few.nees_over_time = j.nees_over_time.p_value;
+  if (!j.nees_over_time.empty()) {
+    const auto least = std::ranges::min_element(j.nees_over_time, {}, &NeesOverTime::p_value);
+    few.nees_over_time = std::min(1.0, static_cast<double>(j.nees_over_time.size()) * least->p_value);
+  }
   for (std::size_t i = 0; i < e.sensors.size(); ++i) {
     few.nis_over_time.push_back(nis_over_time(e.sensors[i]));
     if (!clearly_coloured(j.sensors[i].whiteness, j.confidence))

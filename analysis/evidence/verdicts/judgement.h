@@ -93,7 +93,7 @@ struct Judgement {
   Word word;                                       ///< over NEES, NIS, the blocks and directions
   std::vector<BlockVerdict> blocks;                ///< empty if the whole state is one block
   ResponsibleBlock responsible;
-  NeesOverTime nees_over_time{};  ///< of few runs
+  std::vector<NeesOverTime> nees_over_time{};  ///< of few runs
   ClaimedSigmaTest claimed_sigma;
   LostRuns lost;  ///< runs that alone are wrong; empty where the word is not inconsistent
   std::vector<SensorJudgement> sensors;

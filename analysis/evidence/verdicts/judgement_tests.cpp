@@ -155,9 +155,9 @@ std::string pair_name(const SensorJudgement& sensor, Index direction) {
 std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
   std::vector<NamedTest> tests;
   if (e.has_truth) tests.push_back(verdict_test("NEES", j.nees));
-  if (!std::isnan(j.nees_over_time.p_value)) {
-    tests.push_back({over_time_test(j.nees_over_time), Exactness::conservative, j.nees_over_time.p_value,
-                     kNaN, fmt::format("waves of {:.0f} rows speak most", j.nees_over_time.wave)});
+  for (const NeesOverTime& nees : j.nees_over_time) {
+    tests.push_back({over_time_test(nees), Exactness::conservative, nees.p_value, kNaN,
+                     fmt::format("waves of {:.0f} rows speak most", nees.wave)});
   }
   tests.push_back(verdict_test("NIS", j.nis));
   for (const BlockVerdict& block : j.blocks)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <span>
 
 #include "analysis/evidence/sums/step_normaliser.h"
@@ -331,20 +332,12 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
   return result;
 }
 
-}  // namespace
-
-NeesOverTime nees_over_time(const Evidence& e) {
-  const RunSums& runs = e.whole_runs;
-  if (!e.joint_covariance || runs.nees.empty() || runs.samples.size() != runs.nees.size()) return {};
-  const Index dim = runs.samples.front().rows();
-  if (!std::ranges::all_of(runs.samples, [dim](const Matrix& of_run) { return of_run.rows() == dim; }))
-    return {};
+/// Of these states, that are rows of the samples.
+NeesOverTime of_runs_over_time(const RunSums& runs, const std::vector<Index>& states) {
   NeesOverTime result;
-  if (const Index lead = lead_block(e.layout); lead >= 0 && dim != e.state_dim)
-    result.of = e.layout.blocks[static_cast<std::size_t>(lead)].name;
   SmallestPValue p_values;
   for (std::size_t i = 0; i < runs.samples.size(); ++i) {
-    const ErrorModulation of_run = error_modulation(runs.samples[i]);
+    const ErrorModulation of_run = error_modulation(runs.samples[i](states, Eigen::all));
     p_values.add(of_run.p_value);
     if (!(of_run.p_value >= result.p_value) && !std::isnan(of_run.p_value)) {
       const auto values = static_cast<double>(runs.samples[i].cols());
@@ -354,6 +347,36 @@ NeesOverTime nees_over_time(const Evidence& e) {
   }
   result.p_value = p_values.adjusted();
   return result;
+}
+
+}  // namespace
+
+std::vector<NeesOverTime> nees_over_time(const Evidence& e) {
+  const RunSums& runs = e.whole_runs;
+  if (!e.joint_covariance || runs.nees.empty() || runs.samples.size() != runs.nees.size()) return {};
+  const Index dim = runs.samples.front().rows();
+  if (!std::ranges::all_of(runs.samples, [dim](const Matrix& of_run) { return of_run.rows() == dim; }))
+    return {};
+  std::vector<NeesOverTime> tested;
+  const auto test = [&](const std::string& of, const std::vector<Index>& states) {
+    NeesOverTime part = of_runs_over_time(runs, states);
+    part.of = of;
+    if (!std::isnan(part.p_value)) tested.push_back(std::move(part));
+  };
+  std::vector<Index> all(static_cast<std::size_t>(dim));
+  std::iota(all.begin(), all.end(), Index{0});
+  if (dim != e.state_dim) {
+    const Index lead = lead_block(e.layout);
+    if (lead >= 0) test(e.layout.blocks[static_cast<std::size_t>(lead)].name, all);
+    return tested;
+  }
+  test("", all);
+  for (const Block& block : e.layout.blocks) {
+    const auto is_there = [dim](Index state) { return state < dim; };
+    if (std::ssize(block.states) < dim && std::ranges::all_of(block.states, is_there))
+      test(block.name, block.states);
+  }
+  return tested;
 }
 
 double nis_over_time(const SensorSums& sensor) {

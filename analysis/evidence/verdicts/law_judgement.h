@@ -115,18 +115,18 @@ double nis_over_time(const SensorSums& sensor);
 /// Whether errors go up and down in time over their σ (error_modulation.h): of the run that speaks most,
 /// Bonferroni over the runs; `wave` in its rows.
 struct NeesOverTime : ErrorModulation {
-  std::string of{};  ///< the block that leads, where not the state; "" else
+  std::string of{};  ///< the block; "": the state
 };
 
-/// NaNs of 20 runs and more, and where neither the state, of at most RunSamples::kLargest, nor the block that
-/// leads is in all rows.
-NeesOverTime nees_over_time(const Evidence& evidence);
+/// Of the state, of at most RunSamples::kLargest, and of its blocks, or else of the block that leads alone:
+/// of what all rows have, and can be tested. None of 20 runs and more.
+std::vector<NeesOverTime> nees_over_time(const Evidence& evidence);
 
 /// Of fewer than 20 runs.
 struct FewRuns {
   StretchAverages state{};              ///< none where stretches are not independent
   std::vector<SkewedMoments> blocks{};  ///< the same, in the order of the evidence; empty where none has any
-  double nees_over_time = kNaN;
+  double nees_over_time = kNaN;         ///< of all of these, Bonferroni
   std::vector<double> nis_over_time{};  ///< of each sensor
 
   SkewedMoments block(std::size_t i) const { return i < blocks.size() ? blocks[i] : SkewedMoments{}; }

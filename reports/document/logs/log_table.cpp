@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "analysis/evidence/sums/step_series.h"
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/study/judgement_report.h"
@@ -53,19 +54,19 @@ std::string tests_of(const SensorJudgement& s) {
 
 /// Why the answer says "at some times" and "at others", of which no row does.
 void add_over_time(ReportTable& table, const Judgement& a) {
-  const auto named = [&a](std::string_view of) {
-    return std::ranges::any_of(a.word.named, [of](const std::string& name) {
+  const auto named = [&a](const std::string& of) {
+    const auto ends = [&](const std::string& name) {
       return name.starts_with(of) && (name.ends_with(kAtSomeTimes) || name.ends_with(kAtOthers));
-    });
+    };
+    return std::ranges::any_of(a.word.named, ends);
   };
-  const NeesOverTime& nees = a.nees_over_time;
-  const std::string what = nees.of.empty() ? "NEES" : "NEES of " + nees.of;
-  if (named(nees.of.empty() ? "NEES" : nees.of)) {
-    table.notes.push_back(
-        fmt::format("At some times, at others: {} goes up and down in time by more than the memory of the "
-                    "errors makes ({}), most in waves of about {:.0f} rows. Its mean may be right all the "
-                    "same.",
-                    what, p_value_statement(nees.p_value), nees.wave));
+  for (const NeesOverTime& nees : a.nees_over_time) {
+    if (!named(nees.of.empty() ? "NEES" : nees.of + " at ")) continue;
+    table.notes.push_back(fmt::format(
+        "At some times, at others: {} goes up and down in time by more than the memory of the "
+        "errors makes ({}), most in waves of about {:.0f} rows. Its mean may be right all the "
+        "same.",
+        nees.of.empty() ? "NEES" : "NEES of " + nees.of, p_value_statement(nees.p_value), nees.wave));
   }
   if (named("NIS"))
     table.notes.emplace_back(
@@ -245,10 +246,12 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
 
 std::vector<std::string> log_statistics(const Judgement& a) {
   std::vector<std::string> sentences;
-  if (const NeesOverTime& nees = a.nees_over_time; !std::isnan(nees.p_value)) {
+  std::string over_time;
+  for (const NeesOverTime& nees : a.nees_over_time)
+    append_item(over_time, (nees.of.empty() ? "" : "of " + nees.of + " ") + p_value_statement(nees.p_value));
+  if (!over_time.empty()) {
     sentences.push_back(
-        fmt::format("NEES{}: test of what goes up and down in time, beyond the memory of the errors, {}.",
-                    nees.of.empty() ? "" : " of " + nees.of, p_value_statement(nees.p_value)));
+        fmt::format("NEES that goes up and down in time, beyond the memory of the errors: {}.", over_time));
   }
   for (const SensorJudgement& s : a.sensors) sentences.push_back(tests_of(s));
   for (const SensorJudgement& s : a.sensors) {

@@ -191,7 +191,7 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
   CheckedLogs logs = logs_with();
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(Contains(HasSubstr("At some times"))));
   Judgement& j = logs.analysis.judgement;
-  j.nees_over_time = {{1e-5, 187.0, 0.5}};
+  j.nees_over_time = {{{1e-5, 187.0, 0.5}, ""}, {{0.25, 20.0, 0.1}, "vehicle"}};
   j.word.named = {"NEES at some times", "NIS of gps at others"};
   const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
   EXPECT_THAT(notes,
@@ -199,9 +199,10 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
                        "of the errors makes (p = 1.00e−5), most in waves of about 187 rows. Its mean "
                        "may be right all the same."));
   EXPECT_THAT(notes, Contains(HasSubstr("at others: NIS goes up and down in time.")));
-  EXPECT_THAT(log_statistics(j), Contains("NEES: test of what goes up and down in time, beyond the memory of "
-                                          "the errors, p = 1.00e−5."));
-  j.nees_over_time.of = "vehicle";
+  EXPECT_THAT(notes, Not(Contains(HasSubstr("NEES of vehicle goes"))));
+  EXPECT_THAT(log_statistics(j),
+              Contains("NEES that goes up and down in time, beyond the memory of the errors: p "
+                       "= 1.00e−5, of vehicle p = 0.250."));
   j.word.named = {"vehicle at some times"};
   EXPECT_THAT(log_verdicts(logs, 9).notes,
               Contains(HasSubstr("At some times, at others: NEES of vehicle goes up and down in time")));
