@@ -85,7 +85,8 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "A mean over steps, larger is better. It rewards small errors and an honest covariance together, so "
      "that of two filters on the same data the higher one is better. Only differences tell, as the unit "
      "enters."},
-    {"mixed", "", "optimistic in one part of the state and pessimistic in another",
+    {"mixed", "",
+     "optimistic in one part of the state, or at some times, and pessimistic in another, or at others",
      "Do not trust such a filter: its average may look right. The table says which part is which."},
     {"monobot", "", "a robot on a line that measures how far landmarks are",
      "The simplest SLAM problem, linear and solvable by hand; Figures 1 to 4 of the paper show it."},
