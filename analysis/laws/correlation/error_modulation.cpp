@@ -16,7 +16,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr Index kFewestVectors = 130, kLeastWindow = 32, kMostWindows = 16;
+constexpr Index kFewestVectors = 130, kLeastWindow = 32, kMostWindowsOfScale = 16;
 
 /// Values of a function of the frequency j/N at some j, in their order.
 struct Spectrum {
@@ -113,7 +113,7 @@ struct Windows {
 
 Windows over_windows(const Matrix& z, Index length) {
   const Index M = static_cast<Index>(quick_length(static_cast<std::size_t>(length))), rows = z.rows();
-  const Index count = M == rows ? 1 : std::min(kMostWindows, 2 * (rows / length) - 1);
+  const Index count = M == rows ? 1 : std::min(kMostWindowsOfScale, 2 * (rows / length) - 1);
   const std::vector<Index> offsets = offsets_within(M);
   const Index low = std::min<Index>(3, std::ssize(offsets));
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(std::ssize(offsets));
