@@ -202,7 +202,7 @@ TEST(EvidenceRecorder, ComponentsOfAnInnovationAreComparedWithTheirVariances) {
   EXPECT_EQ(pairs[0].count, 8);
   EXPECT_DOUBLE_EQ(pairs[0].mean, 0.5 * (16.0 / 3.5) + 0.5 * (16.0 / 3.5 + 2.0) / 2.0);
   EXPECT_DOUBLE_EQ(pairs[1].mean, 0.5 * 8.0 + 0.5 * 8.0 / 2.0);
-  const ComponentTest& test = judge(evidence).sensors.at(0).components;
+  const ComponentTest test = judge(evidence).sensors.at(0).components;
   EXPECT_EQ(test.worst, 1);
   EXPECT_LT(test.p_value.optimistic, 1e-6);
 }
