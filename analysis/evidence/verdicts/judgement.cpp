@@ -334,8 +334,7 @@ Word word_of(const Evidence& e, const Judgement& j) {
     add(sensor.components, component_name);
     add(sensor.pairs, pair_name);
   }
-  // above, below: whether it lies above, and below, what belongs at some time, and is not wrong one way at
-  // all.
+  // above, below: whether it is larger at some time than it should be, and smaller.
   const auto add_over_time = [&](const std::string& of, double p, const ConsistencyVerdict& v, double weight,
                                  bool of_S, bool above, bool below) {
     if (std::isnan(p)) return;
