@@ -178,7 +178,7 @@ std::array<double, SyntheticFilter::kRuns> nees_over_time_p_values(const NoiseSo
   std::array<double, SyntheticFilter::kRuns> result{};
   const std::vector<std::vector<double>> runs = autoregressions(noise, block);
   for (std::size_t run = 0; run < result.size(); ++run)
-    result[run] = error_modulation(Vector::Map(runs[run].data(), std::ssize(runs[run])).transpose()).p_value;
+    result[run] = error_modulation(Matrix::Map(runs[run].data(), 1, std::ssize(runs[run]))).p_value;
   return result;
 }
 

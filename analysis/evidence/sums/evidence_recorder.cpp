@@ -267,8 +267,10 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   const bool complete = whole.dof == all && step.P.rows() == all, averaged = averaged_.empty() && complete;
   if (run.law.few && !averaged) add_large(run.law, step);
   if (run.law.few && complete) run.law.samples.add(step.error, step.variance);
-  if (run.law.few && lead_ >= 0 && step.lead.error.size() > 0)
-    run.law.lead_samples.add(step.lead.error, step.lead.P.diagonal());
+  if (run.law.few && lead_ >= 0 && step.lead.error.size() > 0) {
+    variance_ = step.lead.P.diagonal();
+    run.law.lead_samples.add(step.lead.error, variance_);
+  }
   if (averaged) {
     add_averaged(run.law, step.error, step.variance, step.P);
   } else if (!averaged_.empty() && step.blocks[static_cast<std::size_t>(lead_)].dof == averaged_dim_) {

@@ -350,7 +350,7 @@ Word word_of(const Evidence& e, const Judgement& j) {
     const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
     const double mean = v.mean / v.expected, parts_of_it = static_cast<double>(j.nees_over_time.size() - 1);
     const double share = parts_of_it == 0.0 ? 1.0 : nees.of.empty() ? 0.5 : 0.5 / parts_of_it;
-    add_over_time(nees.of.empty() ? "NEES" : nees.of, nees.p_value, v, share * kWordOverTime, false,
+    add_over_time(nees.part(), nees.p_value, v, share * kWordOverTime, false,
                   mean * (1.0 + nees.amplitude) > 1.0, mean * (1.0 - nees.amplitude) < 1.0);
   }
   for (const SensorJudgement& sensor : j.sensors) {

@@ -116,6 +116,9 @@ double nis_over_time(const SensorSums& sensor);
 /// Bonferroni over the runs; `wave` in its rows.
 struct NeesOverTime : ErrorModulation {
   std::string of{};  ///< the block; "": the state
+
+  /// What the word calls it.
+  std::string part() const { return of.empty() ? "NEES" : of; }
 };
 
 /// Of the state, of at most RunSamples::kLargest, and of its blocks, or else of the block that leads alone:
@@ -126,7 +129,7 @@ std::vector<NeesOverTime> nees_over_time(const Evidence& evidence);
 struct FewRuns {
   StretchAverages state{};              ///< none where stretches are not independent
   std::vector<SkewedMoments> blocks{};  ///< the same, in the order of the evidence; empty where none has any
-  double nees_over_time = kNaN;         ///< of all of these, Bonferroni
+  double nees_over_time = kNaN;         ///< the smallest p-value of its parts, Bonferroni
   std::vector<double> nis_over_time{};  ///< of each sensor
 
   SkewedMoments block(std::size_t i) const { return i < blocks.size() ? blocks[i] : SkewedMoments{}; }

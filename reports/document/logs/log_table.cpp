@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "analysis/evidence/sums/step_series.h"
+#include "analysis/evidence/verdicts/judgement_tests.h"
 #include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/document/logs/log_gate.h"
@@ -54,23 +55,23 @@ std::string tests_of(const SensorJudgement& s) {
 
 /// Why the answer says "at some times" and "at others", of which no row does.
 void add_over_time(ReportTable& table, const Judgement& a) {
-  const auto named = [&a](const std::string& of) {
-    const auto ends = [&](const std::string& name) {
-      return name.starts_with(of) && (name.ends_with(kAtSomeTimes) || name.ends_with(kAtOthers));
-    };
-    return std::ranges::any_of(a.word.named, ends);
+  const auto named = [&a](const std::string& part) {
+    return std::ranges::count(a.word.named, part + kAtSomeTimes) > 0 ||
+           std::ranges::count(a.word.named, part + kAtOthers) > 0;
   };
   for (const NeesOverTime& nees : a.nees_over_time) {
-    if (!named(nees.of.empty() ? "NEES" : nees.of + " at ")) continue;
+    if (!named(nees.part())) continue;
     table.notes.push_back(fmt::format(
         "At some times, at others: {} goes up and down in time by more than the memory of the "
         "errors makes ({}), most in waves of about {:.0f} rows. Its mean may be right all the "
         "same.",
         nees.of.empty() ? "NEES" : "NEES of " + nees.of, p_value_statement(nees.p_value), nees.wave));
   }
-  if (named("NIS"))
+  const auto is_named = [&](const SensorJudgement& sensor) { return named(of_sensor("NIS", sensor)); };
+  if (std::ranges::any_of(a.sensors, is_named)) {
     table.notes.emplace_back(
         "At some times, at others: NIS goes up and down in time. Its mean may be right all the same.");
+  }
 }
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {

@@ -192,6 +192,8 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(Contains(HasSubstr("At some times"))));
   Judgement& j = logs.analysis.judgement;
   j.nees_over_time = {{{1e-5, 187.0, 0.5}, ""}, {{0.25, 20.0, 0.1}, "vehicle"}};
+  j.sensors.resize(1);
+  j.sensors[0].name = "gps";
   j.word.named = {"NEES at some times", "NIS of gps at others"};
   const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
   EXPECT_THAT(notes,
