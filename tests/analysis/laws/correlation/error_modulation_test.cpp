@@ -65,6 +65,16 @@ TEST(ErrorModulation, AMemoryThatIsLongerForAWhileIsNone) {
   }
 }
 
+// Windows that are shorter than the run see it: of all of it together the memory is half of what it is at
+// times, and a quarter of these would be rejected.
+TEST(ErrorModulation, AMemoryThatComesAndGoesIsNone) {
+  constexpr int kStudies = 60;
+  const auto memory = [](Index k) { return k / 50 % 2 == 0 ? 0.0 : 0.995; };
+  const std::vector<double> many(24, 0.0);
+  const auto draw = [&](unsigned i) { return errors_of(i, 2000, many, right, memory); };
+  EXPECT_LE(rejected(kStudies, 0.05, draw), 0.05 * kStudies + 5.0 * std::sqrt(0.05 * 0.95 * kStudies));
+}
+
 // The amplitude lacks what is cut.
 TEST(ErrorModulation, AWaveIsSeenAndToldByItsLength) {
   constexpr unsigned kStudies = 10;
