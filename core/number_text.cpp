@@ -41,6 +41,12 @@ std::string number_text(double value, int significant) {
   return value < 0.0 ? std::string(kMinus) + text : text;
 }
 
+std::string fixed_text(double value, int decimals) {
+  const std::string magnitude = fmt::format("{:.{}f}", std::abs(value), decimals);
+  const bool negative = value < 0.0 && magnitude.find_first_of("123456789") != std::string::npos;
+  return negative ? std::string(kMinus) + magnitude : magnitude;
+}
+
 std::string interval_text(double value, double lower, double upper, int significant) {
   if (std::isnan(lower) && std::isnan(upper)) return number_text(value, significant);
   return fmt::format("{} ({} … {})", number_text(value, significant), number_text(lower, 3),

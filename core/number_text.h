@@ -11,6 +11,9 @@ namespace credence::internal {
 /// part are never cut. Very small and very large magnitudes take an exponent; "∞", "−∞" and "nan" are words.
 std::string number_text(double value, int significant = 4);
 
+/// With so many decimals, and no sign of what rounds to zero: "−0.05", "0.00".
+std::string fixed_text(double value, int decimals);
+
 /// "1.06 (1.02 … 1.11)": a value with the bounds of its interval, for a person; the value alone where there
 /// is no interval (NaN), as of one run.
 std::string interval_text(double value, double lower, double upper, int significant = 3);

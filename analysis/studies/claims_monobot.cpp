@@ -12,6 +12,7 @@
 #include "core/append_item.h"
 #include "core/filters/linear_filter.h"
 #include "core/inflation/rank_inflation.h"
+#include "core/number_text.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
 
@@ -45,16 +46,15 @@ Claim unit_eigenvalue() {
   const Eigen::VectorXcd eigenvalues = closed_loop_eigenvalues(model.F, step.K, model.H);
   const double ratio = kR / step.S(0, 0);
   const double error = std::max(std::abs(eigenvalues[0] - 1.0), std::abs(eigenvalues[1] - ratio));
-  return {
-      .id = "unit-eigenvalue",
-      .source = "eqs (14), (15)",
-      .statement =
-          "partially observable, one landmark: F − KH has the eigenvalue 1, the other is R/s, s = "
-          "H P Hᵀ + R",
-      .measured = fmt::format("eigenvalues {:.9f} and {:.9f}, R/s = {:.9f}: they agree to {:.0e}. Eq. (14) "
-                              "as printed uses σ_w² for two things; this is the form without the clash",
-                              eigenvalues[0].real(), eigenvalues[1].real(), ratio, error),
-      .verdict = holds_if(error < 1e-12)};
+  return {.id = "unit-eigenvalue",
+          .source = "eqs (14), (15)",
+          .statement =
+              "partially observable, one landmark: F − KH has the eigenvalue 1, the other is R/s, s = "
+              "H P Hᵀ + R",
+          .measured = fmt::format("eigenvalues {:.9f} and {:.9f}, R/s = {:.9f}: they agree to {}. Eq. (14) "
+                                  "as printed uses σ_w² for two things; this is the form without the clash",
+                                  eigenvalues[0].real(), eigenvalues[1].real(), ratio, number_text(error, 1)),
+          .verdict = holds_if(error < 1e-12)};
 }
 
 Claim error_of_one_run() {
@@ -70,30 +70,31 @@ Claim error_of_one_run() {
     last = error;
     ++k;
   });
-  return {
-      .id = "bounded-error",
-      .source = "section 3, Figure 1",
-      .statement =
-          "partially observable: the error of a run does not vanish and does not grow, it tends to a "
-          "constant that is not zero",
-      .measured = fmt::format("run 0 of seed 1: landmark error {:.4f} m at step {}", at_100, kMonobotSteps),
-      .long_run = fmt::format("{:.4f} m at step {}, {:.4f} m at step {}", at_half, kLong / 2, last, kLong),
-      .verdict = holds_if(std::abs(last) > 0.01 && std::abs(last - at_half) < 0.1 * std::abs(last))};
+  return {.id = "bounded-error",
+          .source = "section 3, Figure 1",
+          .statement =
+              "partially observable: the error of a run does not vanish and does not grow, it tends to a "
+              "constant that is not zero",
+          .measured = fmt::format("run 0 of seed 1: landmark error {} m at step {}", number_text(at_100),
+                                  kMonobotSteps),
+          .long_run = fmt::format("{} m at step {}, {} m at step {}", number_text(at_half), kLong / 2,
+                                  number_text(last), kLong),
+          .verdict = holds_if(std::abs(last) > 0.01 && std::abs(last - at_half) < 0.1 * std::abs(last))};
 }
 
 Claim limit_depends_on_initial() {
   const LinearModel model = monobot(2);
   const RiccatiProblem problem = problem_of(model);
   const RiccatiSolution one = solve_riccati(problem, model.P0), four = solve_riccati(problem, 4.0 * model.P0);
-  return {
-      .id = "psd-limit",
-      .source = "eq. (17), section 3",
-      .statement = "partially observable: the Riccati equation has a psd solution that depends on P0",
-      .measured = fmt::format("solution “{}”; trace of the limit {:.6f} m² from P0 = I, {:.6f} m² from P0 = "
-                              "4 I; residual {:.0e}. The last term of (17) must read K_p R K_pᵀ",
-                              to_string(one.kind), one.P.trace(), four.P.trace(), one.residual),
-      .verdict = holds_if(one.kind == RiccatiKind::depends_on_initial &&
-                          std::abs(four.P.trace() / one.P.trace() - 1.0) > 0.01)};
+  return {.id = "psd-limit",
+          .source = "eq. (17), section 3",
+          .statement = "partially observable: the Riccati equation has a psd solution that depends on P0",
+          .measured =
+              fmt::format("solution “{}”; trace of the limit {:.6f} m² from P0 = I, {:.6f} m² from P0 = "
+                          "4 I; residual {}. The last term of (17) must read K_p R K_pᵀ",
+                          to_string(one.kind), one.P.trace(), four.P.trace(), number_text(one.residual, 1)),
+          .verdict = holds_if(one.kind == RiccatiKind::depends_on_initial &&
+                              std::abs(four.P.trace() / one.P.trace() - 1.0) > 0.01)};
 }
 
 Claim controllability_rank() {
@@ -218,7 +219,8 @@ Claim one_landmark_map() {
   return {.id = "one-landmark-map",
           .source = "Figure 3",
           .statement = "with one landmark, decorrelating the map alone changes nothing",
-          .measured = fmt::format("largest difference of P over {} steps: {:g}", kMonobotSteps, difference),
+          .measured = fmt::format("largest difference of P over {} steps: {}", kMonobotSteps,
+                                  number_text(difference, 2)),
           .verdict = holds_if(difference == 0.0)};
 }
 
@@ -299,18 +301,17 @@ Claim anchored_is_bounded() {
   const Matrix partial = linear_filter_steps(monobot(1), kFull, kMonobotSteps).back().P;
   const double difference = (P - from_other).norm() / P.norm();
   const double at_100 = steps[kMonobotSteps - 1].P.trace();
-  return {
-      .id = "anchored-bounded",
-      .source = "Figure 4",
-      .statement =
-          "with one landmark as anchor full decorrelation stays bounded, variances are lower, and the "
-          "limit does not depend on P0",
-      .measured = fmt::format("posterior trace {:.6f} m² at step {} ({:.6f} m² without anchor)", at_100,
-                              kMonobotSteps, partial.trace()),
-      .long_run = fmt::format("{:.6f} m² at step {}; from 100 times the P0 it differs by {:.1g} of its norm",
-                              P.trace(), kLong, difference),
-      .verdict = holds_if(std::abs(P.trace() / at_100 - 1.0) < 1e-6 && difference < 1e-9 &&
-                          P.trace() < partial.trace())};
+  return {.id = "anchored-bounded",
+          .source = "Figure 4",
+          .statement =
+              "with one landmark as anchor full decorrelation stays bounded, variances are lower, and the "
+              "limit does not depend on P0",
+          .measured = fmt::format("posterior trace {:.6f} m² at step {} ({:.6f} m² without anchor)", at_100,
+                                  kMonobotSteps, partial.trace()),
+          .long_run = fmt::format("{:.6f} m² at step {}; from 100 times the P0 it differs by {} of its norm",
+                                  P.trace(), kLong, number_text(difference, 1)),
+          .verdict = holds_if(std::abs(P.trace() / at_100 - 1.0) < 1e-6 && difference < 1e-9 &&
+                              P.trace() < partial.trace())};
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "analysis/stability/planar_stability.h"
 #include "analysis/studies/claims.h"
+#include "core/number_text.h"
 #include "montecarlo/scenario/world_schema.h"
 
 namespace credence::internal {
@@ -33,8 +32,7 @@ const PlanarFollowed& in_ekf(const PlanarStability& a, InflationSolution solutio
 }
 
 std::string growth_text(const PlanarFollowed& f) {
-  const double rounded = 0.01 * std::round(100.0 * f.growth.exponent) + 0.0;  // no −0
-  return fmt::format("{}, exponent {:.2f}", to_string(f.growth.verdict), rounded);
+  return fmt::format("{}, exponent {}", to_string(f.growth.verdict), fixed_text(f.growth.exponent, 2));
 }
 
 Index rank(const PlanarRanks& ranks) { return ranks.observability.decision.rank; }
@@ -59,11 +57,11 @@ Claim one_beacon_claim(const PlanarStability& free, const PlanarStability& one, 
                               rank(free.truth), free.state_dim, rank(one.truth), one.state_dim,
                               rank(two.truth), two.state_dim),
       .long_run = fmt::format("at the EKF's own estimates {}, {} and {}: the extra rank is spurious "
-                              "information; a hundredfold P0 multiplies the last trace by {:.3g} with one "
-                              "anchor and by {:.3g} with two (map, exact minimal trace)",
+                              "information; a hundredfold P0 multiplies the last trace by {} with one "
+                              "anchor and by {} with two (map, exact minimal trace)",
                               rank(free.estimate), rank(one.estimate), rank(two.estimate),
-                              at_truth(one, InflationSolution::min_trace).initial_effect,
-                              at_truth(two, InflationSolution::min_trace).initial_effect),
+                              number_text(at_truth(one, InflationSolution::min_trace).initial_effect, 3),
+                              number_text(at_truth(two, InflationSolution::min_trace).initial_effect, 3)),
       .verdict = fully ? ClaimVerdict::holds : ClaimVerdict::fails};
 }
 
@@ -95,9 +93,9 @@ Claim map_bounded_claim(const PlanarStability& map) {
                       at_truth(map, min_trace).not_converged, growth_text(at_truth(map, sequential))),
       .long_run =
           fmt::format("needs the exact minimal trace (or the sequential one); in the EKF: pairwise {}, "
-                      "exact {}, whose pose NEES is {:.3g} times what it should be",
+                      "exact {}, whose pose NEES is {} times what it should be",
                       growth_text(in_ekf(map, pairwise)), growth_text(in_ekf(map, min_trace)),
-                      in_ekf(map, min_trace).pose_nees),
+                      number_text(in_ekf(map, min_trace).pose_nees, 3)),
       .verdict = !exact_bounded     ? ClaimVerdict::fails
                  : pairwise_bounded ? ClaimVerdict::holds
                                     : ClaimVerdict::conditional};

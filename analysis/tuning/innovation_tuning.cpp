@@ -94,8 +94,8 @@ std::string what_comes_first(const SensorRecord& record, const InnovationTests& 
                        record.unwrapped);
   }
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
-  return fmt::format("the innovations have mean {:.2g} standard deviations ({})",
-                     tests.mean.cwiseAbs().maxCoeff(), p_value_statement(tests.mean_p_value));
+  return fmt::format("the innovations have mean {} standard deviations ({})",
+                     number_text(tests.mean.cwiseAbs().maxCoeff(), 2), p_value_statement(tests.mean_p_value));
 }
 
 std::string gain_note(GainError gain) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "analysis/laws/mean/influence_interval.h"
+#include "core/number_text.h"
 #include "core/parallel_tasks.h"
 #include "datasets/logs/truth_placement.h"
 #include "montecarlo/engine/moments.h"
@@ -243,10 +244,11 @@ std::string time_offset_text(const TimeOffset& offset) {
   if (!std::isnan(offset.p_agreement)) {
     return fmt::format(
         "{} was estimated, and used: the estimate's times are {} those of the truth. But the files do not "
-        "have one offset: {:.4g} to {:.4g} s fit each best (p = {:.2g}). Where their clocks differ, "
+        "have one offset: {} to {} s fit each best (p = {}). Where their clocks differ, "
         "--time-offset each finds that of every file; as it is, when the truth was is not known, so that no "
         "errors are evidence.",
-        whose, order_text(offset.value_s, 4), offset.least_s, offset.most_s, offset.p_agreement);
+        whose, order_text(offset.value_s, 4), number_text(offset.least_s), number_text(offset.most_s),
+        number_text(offset.p_agreement, 2));
   }
   const std::string unknown = fmt::format(
       "the word is optimistic only where the mean NEES is too large at every time within {:g} s, and never "
@@ -261,13 +263,16 @@ std::string time_offset_text(const TimeOffset& offset) {
   const bool none = offset.lower_s <= 0.0 && offset.upper_s >= 0.0;
   return fmt::format(
       "{} was estimated from these errors, and used: the estimate's times are {} those of the "
-      "truth ({:.4g} … {:.4g} at {:g} %, from {}){}. {}",
-      whose, order_text(offset.value_s, 4), offset.lower_s, offset.upper_s, 100.0 * offset.confidence,
+      "truth ({} … {} at {:g} %, from {}){}. {}",
+      whose, order_text(offset.value_s, 4), number_text(offset.lower_s), number_text(offset.upper_s),
+      100.0 * offset.confidence,
       offset.whole_files ? "how the files differ" : fmt::format("{} rows", offset.rows),
       none ? "; no offset at all fits as well" : "",
       fit_of(offset) == TruthFit::none
-          ? fmt::format("NEES is that of the best time, by at most {:.2g} % too small.", 100.0 * offset.taken)
-          : fmt::format("That makes NEES smaller by up to {:.2g} %: {}", 100.0 * offset.taken, unknown));
+          ? fmt::format("NEES is that of the best time, by at most {} % too small.",
+                        number_text(100.0 * offset.taken, 2))
+          : fmt::format("That makes NEES smaller by up to {} %: {}", number_text(100.0 * offset.taken, 2),
+                        unknown));
 }
 
 }  // namespace

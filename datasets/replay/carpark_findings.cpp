@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/append_item.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -14,7 +15,7 @@ using enum Inflation;
 using enum InflationSolution;
 constexpr double kMuchLarger = 10.0;  // what "≫" asks for
 
-std::string text(double value) { return fmt::format("{:.3g}", value); }
+std::string text(double value) { return number_text(value, 3); }
 
 CarparkFinding extraction(const CarparkStudy& study) {
   const ReplayResult& r = study.find({}, carpark_initials().front());
@@ -130,9 +131,9 @@ CarparkFinding growth(const CarparkStudy& study, const GrowthRow& row) {
       ""};
   if (run == study.horizon.end() || run->result.loops.empty()) return finding;
   const LongHorizonResult& r = run->result;
-  finding.measured = fmt::format("{} to {} m², exponent {:.3f}, increments × {:.3f} a loop: {}",
+  finding.measured = fmt::format("{} to {} m², exponent {}, increments × {:.3f} a loop: {}",
                                  text(r.loops.front().landmarks), text(r.loops.back().landmarks),
-                                 r.fitted_exponent(), r.increment_ratio(), growth_words(r));
+                                 fixed_text(r.fitted_exponent(), 3), r.increment_ratio(), growth_words(r));
   if (r.not_converged > 0)
     finding.measured +=
         fmt::format("; {} of {} minimal traces missed their tolerance", r.not_converged, r.steps);

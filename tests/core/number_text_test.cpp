@@ -26,6 +26,13 @@ TEST(NumberText, CarriesIntoTheNextDecade) {
   EXPECT_EQ(number_text(9999999.9, 3), "1.00e7");
 }
 
+TEST(NumberText, FixedHasNoSignOfZero) {
+  EXPECT_EQ(fixed_text(1.005e3, 2), "1005.00");
+  EXPECT_EQ(fixed_text(-0.046, 2), "−0.05");
+  EXPECT_EQ(fixed_text(-0.004, 2), "0.00");
+  EXPECT_EQ(fixed_text(-0.0, 0), "0");
+}
+
 TEST(NumberText, TakesAnExponentForExtremes) {
   EXPECT_EQ(number_text(13000000.0), "1.300e7");
   EXPECT_EQ(number_text(1.23456e-12, 3), "1.23e−12");

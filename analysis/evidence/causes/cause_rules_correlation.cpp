@@ -17,11 +17,11 @@ Causes find_sequential_sensors(const Findings& findings) {
     if (!(std::max(test.p_value, pair.opposed_p_value) <= cause_level(findings))) continue;
     return {{Cause::sequential_sensors,
              fmt::format(
-                 "those of {} and {} at the same step are correlated, {:.2g} at most ({}), and as no "
+                 "those of {} and {} at the same step are correlated, {} at most ({}), and as no "
                  "Q, R or P0 makes them that is wrong in one direction ({}): their NIS must not be "
                  "added; a filter that updates with both from the same prior, or takes for independent what "
                  "disturbs both, corrects too much",
-                 pair.first, pair.second, test.largest, p_value_statement(test.p_value),
+                 pair.first, pair.second, number_text(test.largest, 2), p_value_statement(test.p_value),
                  p_value_statement(pair.opposed_p_value))}};
   }
   return {};
@@ -34,15 +34,16 @@ Causes find_dropped_cross_covariance(const Findings& findings) {
   const ErrorCorrelationTest& test = *findings.error_correlation;
   if (test.largest < kLeast) return {};
   return {{Cause::cross_covariance,
-           fmt::format("errors of states that P claims to be uncorrelated are correlated, by {:.2g} at "
+           fmt::format("errors of states that P claims to be uncorrelated are correlated, by {} at "
                        "most ({})",
-                       test.largest, p_value_statement(test.p_value))}};
+                       number_text(test.largest, 2), p_value_statement(test.p_value))}};
 }
 
 Causes find_joint_inconsistency(const Findings& findings) {
   if (!findings.block || !findings.block->joint_only) return {};
-  return {{Cause::cross_covariance, fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
-                                                findings.nees.mean, findings.nees.expected)}};
+  return {{Cause::cross_covariance,
+           fmt::format("mean NEES {} of {}, and no block is inconsistent", number_text(findings.nees.mean, 3),
+                       number_text(findings.nees.expected, 3))}};
 }
 
 }  // namespace credence::internal

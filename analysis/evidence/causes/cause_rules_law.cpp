@@ -97,8 +97,9 @@ bool gate_meets_another_cause(const GateRejection& gate) {
 std::string text_of(const GateRejection& gate) {
   return fmt::format(
       "or a filter that adapts P or Q to them, which looks alike here: P does not shrink where NIS lies "
-      "beyond the {:.3g} % quantile of its law ({}), as {:.3g} % do",
-      100.0 * (1.0 - gate.expected), p_value_statement(gate.p_value), 100.0 * gate.share);
+      "beyond the {} % quantile of its law ({}), as {} % do",
+      number_text(100.0 * (1.0 - gate.expected), 3), p_value_statement(gate.p_value),
+      number_text(100.0 * gate.share, 3));
 }
 
 }  // namespace
@@ -112,27 +113,25 @@ Causes find_runs_that_are_lost(const Findings& findings) {
       why += ", …";
       break;
     }
-    append_item(why,
-                fmt::format("{} has a mean NEES of {:.3g} times its dof, beyond chance from its row {} on",
-                            name_of(run), run.factor, run.row));
+    append_item(why, fmt::format("{} has a mean NEES of {} times its dof, beyond chance from its row {} on",
+                                 name_of(run), number_text(run.factor, 3), run.row));
   }
-  return {
-      {Cause::lost_runs, fmt::format("{}; that of the other {} is {:.3g} times. Look at {} before anything "
-                                     "else: no factor on P mends it",
-                                     why, lost.others, lost.factor_of_others,
-                                     lost.runs.size() == 1 ? "that run" : "those runs")}};
+  return {{Cause::lost_runs, fmt::format("{}; that of the other {} is {} times. Look at {} before anything "
+                                         "else: no factor on P mends it",
+                                         why, lost.others, number_text(lost.factor_of_others, 3),
+                                         lost.runs.size() == 1 ? "that run" : "those runs")}};
 }
 
 Causes find_shared_noise(const Findings& findings) {
   const MeanAtSteps& at_steps = findings.mean_at_steps;
   if (!at_steps.shared(cause_level(findings))) return {};
   return {{Cause::shared_noise,
-           fmt::format("at the same step the errors of all runs have a mean, {:.2g} times what P claims in "
-                       "square and another at every step ({}), and scatter about it by {:.2g} times ({}); "
+           fmt::format("at the same step the errors of all runs have a mean, {} times what P claims in "
+                       "square and another at every step ({}), and scatter about it by {} times ({}); "
                        "every test takes runs for independent; a bias that changes beside a P that is too "
                        "large looks the same",
-                       at_steps.square, p_value_statement(at_steps.p_value), at_steps.spread,
-                       p_value_statement(at_steps.spread_p_value))}};
+                       number_text(at_steps.square, 2), p_value_statement(at_steps.p_value),
+                       number_text(at_steps.spread, 2), p_value_statement(at_steps.spread_p_value))}};
 }
 
 Causes find_unwrapped_angle(const Findings& findings) {
@@ -149,9 +148,9 @@ Causes find_wide_angle(const Findings& findings) {
   if (!is_inconsistent(findings.nees.verdict) || !(wide > kFewest * static_cast<double>(angles.total)))
     return {};
   return {{Cause::wide_angle,
-           fmt::format("{:.3g} % of the angles have a standard deviation beyond 60°, where an error "
+           fmt::format("{} % of the angles have a standard deviation beyond 60°, where an error "
                        "that is wrapped follows no Gaussian law",
-                       100.0 * wide / static_cast<double>(angles.total))}};
+                       number_text(100.0 * wide / static_cast<double>(angles.total), 3))}};
 }
 
 Causes find_outliers(const Findings& findings) {
@@ -161,8 +160,9 @@ Causes find_outliers(const Findings& findings) {
   const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
   const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
   if (!many || !body_fits(findings) || stays_for_steps(findings)) return {};
-  return {{Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
-                                        outside, tail.total, findings.far_tail_probability, expected)}};
+  return {{Cause::outliers,
+           fmt::format("{} of {} values lie beyond the {} quantile, {} expected", outside, tail.total,
+                       number_text(findings.far_tail_probability), number_text(expected, 2))}};
 }
 
 Causes find_heavy_tails(const Findings& findings) {
@@ -175,31 +175,30 @@ Causes find_heavy_tails(const Findings& findings) {
 
 Causes find_gate(const Findings& findings) {
   if (findings.cut_off) {
-    return {{Cause::gated_innovations,
-             fmt::format(
-                 "no NIS lies beyond {:.4g}, where {:.3g} are expected of any S that is wrong by a factor: "
-                 "what a gate lets through tells nothing of R, and what it keeps out makes P too small; "
-                 "log the rejected innovations too, and open the gate",
-                 findings.cut_off->nis, findings.cut_off->expected)}};
+    return {
+        {Cause::gated_innovations,
+         fmt::format("no NIS lies beyond {}, where {} are expected of any S that is wrong by a factor: "
+                     "what a gate lets through tells nothing of R, and what it keeps out makes P too small; "
+                     "log the rejected innovations too, and open the gate",
+                     number_text(findings.cut_off->nis), number_text(findings.cut_off->expected, 3))}};
   }
   if (!findings.gate) return {};
-  return {
-      {Cause::gated_innovations,
-       fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
-                   "law truncated there ({})",
-                   findings.gate->nis, findings.gate->expected, p_value_statement(findings.gate->p_value))}};
+  return {{Cause::gated_innovations,
+           fmt::format("no NIS lies beyond {} where {} are expected, and the rest follow the "
+                       "law truncated there ({})",
+                       number_text(findings.gate->nis), number_text(findings.gate->expected, 3),
+                       p_value_statement(findings.gate->p_value))}};
 }
 
 Causes find_perhaps_gate(const Findings& findings) {
   const bool small = findings.nis.verdict == Verdict::pessimistic || findings.nis.verdict == Verdict::mixed;
   if (!findings.perhaps_gate || findings.cut_off || !small) return {};
-  return {
-      {Cause::gated_innovations,
-       fmt::format(
-           "perhaps: no NIS lies beyond {:.4g}, where {:.2g} are expected, and the law cut off there fits "
-           "the rest no worse than an S that is too large does; log the rejected innovations too, "
-           "which tells them apart",
-           findings.perhaps_gate->nis, findings.perhaps_gate->expected)}};
+  return {{Cause::gated_innovations,
+           fmt::format(
+               "perhaps: no NIS lies beyond {}, where {} are expected, and the law cut off there fits "
+               "the rest no worse than an S that is too large does; log the rejected innovations too, "
+               "which tells them apart",
+               number_text(findings.perhaps_gate->nis), number_text(findings.perhaps_gate->expected, 2))}};
 }
 
 Causes find_rejected_innovations(const Findings& findings) {
@@ -227,20 +226,22 @@ Causes find_wrong_dof(const Findings& findings) {
   const double off_scale = std::abs(std::log(ratio / of_scale));
   // Innovations that are wrong too are no matter of counting.
   if (off_dof > 0.5 * off_scale || is_inconsistent(findings.nis.verdict)) return {};
-  return {{Cause::wrong_dof,
-           fmt::format("NEES has mean {:.3g} and variance {:.3g}, as with {:.3g} degrees of freedom "
-                       "instead of {:.3g}",
-                       values.mean, values.variance(), values.mean, findings.nees.expected)}};
+  return {
+      {Cause::wrong_dof, fmt::format("NEES has mean {} and variance {}, as with {} degrees of freedom "
+                                     "instead of {}",
+                                     number_text(values.mean, 3), number_text(values.variance(), 3),
+                                     number_text(values.mean, 3), number_text(findings.nees.expected, 3))}};
 }
 
 Causes find_inflation(const Findings& findings) {
   if (!findings.inflated ||
       !(is_too_large_a_covariance(findings.nees) || is_too_large_a_covariance(findings.nis)))
     return {};
-  return {{Cause::inflation, fmt::format("it makes P larger than the errors: mean NEES {:.4g} of {:.4g}, "
-                                         "mean NIS {:.4g} of {:.4g}",
-                                         findings.nees.mean, findings.nees.expected, findings.nis.mean,
-                                         findings.nis.expected)}};
+  return {
+      {Cause::inflation, fmt::format("it makes P larger than the errors: mean NEES {} of {}, "
+                                     "mean NIS {} of {}",
+                                     number_text(findings.nees.mean), number_text(findings.nees.expected),
+                                     number_text(findings.nis.mean), number_text(findings.nis.expected))}};
 }
 
 Causes find_wrong_by_claimed_sigma(const Findings& findings) {
@@ -250,7 +251,7 @@ Causes find_wrong_by_claimed_sigma(const Findings& findings) {
   const MeanInterval& factor = findings.nees.factor;
   if (!(factor.lower <= 1.0 && factor.upper >= 1.0)) return {};
   const auto side = [](const ClaimedSigmaTest::Side& of) {
-    return fmt::format("{:.3g} in {} ({})", of.factor.mean, of.in, p_value_statement(of.p_value));
+    return fmt::format("{} in {} ({})", number_text(of.factor.mean, 3), of.in, p_value_statement(of.p_value));
   };
   return {{Cause::claimed_sigma, fmt::format("the factor on σ² is {} and {}, and no one factor mends both",
                                              side(test.optimistic), side(test.pessimistic))}};
@@ -261,7 +262,8 @@ Causes find_scale(const Findings& findings) {
   if (!nees && !is_inconsistent(findings.nis.verdict)) return {};
   const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
   return {{Cause::covariance_scale,
-           fmt::format("mean {} {:.3g} of {:.3g}{}{}", nees ? "NEES" : "NIS", verdict.mean, verdict.expected,
+           fmt::format("mean {} {} of {}{}{}", nees ? "NEES" : "NIS", number_text(verdict.mean, 3),
+                       number_text(verdict.expected, 3),
                        nees ? where_innovations_fit(findings) : where_errors_fit(findings),
                        nees ? untested_correlation(findings) : "")}};
 }

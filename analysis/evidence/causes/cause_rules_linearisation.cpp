@@ -4,6 +4,7 @@
 
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -23,19 +24,20 @@ Causes find_linearisation(const Findings& findings) {
   if (findings.whiteness && !findings.whiteness->reason.empty())
     return {};  // nor is their size all that tells
   const bool moved = findings.nis.verdict == Verdict::optimistic;
-  const std::string why = fmt::format(
-      "mean NEES is {:.3g} of {:.3g} while the innovations are {} (mean NIS {:.4g} of {:.4g}){}",
-      findings.nees.mean, findings.nees.expected, moved ? "hardly too large" : "as they should be",
-      findings.nis.mean, findings.nis.expected, untested_correlation(findings));
+  const std::string why =
+      fmt::format("mean NEES is {} of {} while the innovations are {} (mean NIS {} of {}){}",
+                  number_text(findings.nees.mean, 3), number_text(findings.nees.expected, 3),
+                  moved ? "hardly too large" : "as they should be", number_text(findings.nis.mean),
+                  number_text(findings.nis.expected), untested_correlation(findings));
   // With P too small (Σ ⪰ P) and the right F and Q NEES cannot grow in P⁻ = F P Fᵀ + Q, as tr (P⁻)⁻¹ F (Σ −
   // P) Fᵀ ≤ tr P⁻¹ (Σ − P), nor in the others with the right H and R.
   if (grows(findings.growth_without_innovations, findings) &&
       !grows(findings.growth_with_innovations, findings)) {
-    return {
-        {Cause::process_noise_or_linearisation,
-         fmt::format("{}, and NEES over its dof grows by {:.3g} over the steps without an "
-                     "innovation, by {:.3g} over those with one",
-                     why, findings.growth_without_innovations.mean, findings.growth_with_innovations.mean)}};
+    return {{Cause::process_noise_or_linearisation,
+             fmt::format("{}, and NEES over its dof grows by {} over the steps without an "
+                         "innovation, by {} over those with one",
+                         why, number_text(findings.growth_without_innovations.mean, 3),
+                         number_text(findings.growth_with_innovations.mean, 3))}};
   }
   if (lags_tell_process_noise(findings)) {
     return {{Cause::process_noise_or_linearisation,

@@ -35,9 +35,9 @@ std::string mean_beside(const Findings& findings) {
     return {};
   if (!(test.p_value <= cause_level(findings)) || mean < kLeastMean) return {};
   return fmt::format(
-      "; but they have a mean of {:.2g} standard deviations ({}), which no noise "
+      "; but they have a mean of {} standard deviations ({}), which no noise "
       "makes: look first for a delay, a lever arm or a bias",
-      mean, p_value_statement(test.p_value));
+      number_text(mean, 2), p_value_statement(test.p_value));
 }
 
 // Which sensors' R is wrong, of several: those that tell the same gain, or the one whose NIS is three times
@@ -54,8 +54,8 @@ std::string sensors_of_noise(const Findings& findings, const InnovationShape& sh
   const bool alone =
       wrong.size() == 1 || std::abs(std::log(wrong[0].nis)) > kAlone * std::abs(std::log(wrong[1].nis));
   if (shape.gain == 0 && !alone) return {};
-  return fmt::format("that of {} (NIS of {} is {:.3g} times the expected one)", names, wrong[0].name,
-                     wrong[0].nis);
+  return fmt::format("that of {} (NIS of {} is {} times the expected one)", names, wrong[0].name,
+                     number_text(wrong[0].nis, 3));
 }
 
 // The factor of a variance that a unit makes, within a fourth part.
@@ -78,9 +78,10 @@ std::string unit_text(const ComponentVariance& factor) {
 std::string component_text(const Findings::WrongComponent& component) {
   const ComponentVariance& factor = component.factor;
   return fmt::format(
-      "{}, whose square is {:.3g} ({:.3g} … {:.3g}) times its variance in S, that of the others of this "
-      "sensor {:.3g} times at the nearest",
-      component.name, factor.mean, factor.lower, factor.upper, component.others);
+      "{}, whose square is {} ({} … {}) times its variance in S, that of the others of this "
+      "sensor {} times at the nearest",
+      component.name, number_text(factor.mean, 3), number_text(factor.lower, 3), number_text(factor.upper, 3),
+      number_text(component.others, 3));
 }
 
 // Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
@@ -90,10 +91,10 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
   const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
   const std::string sensors = sensors_of_noise(findings, shape);
   const std::string why = fmt::format(
-      "mean NIS {:.3g} of {:.3g} after the first fifth of the steps, with a lag-1 autocorrelation of {:.2g} "
-      "± {:.2g}{}{}{}",
-      expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band,
-      shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor),
+      "mean NIS {} of {} after the first fifth of the steps, with a lag-1 autocorrelation of {} "
+      "± {}{}{}{}",
+      number_text(expected * (1.0 + shape.excess), 3), number_text(expected, 3), number_text(shape.lag_1, 2),
+      number_text(shape.lag_1_band, 2), shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor),
       findings.wrong_component ? "; above all in " + component_text(*findings.wrong_component) : "", beside);
   if (shape.gain != 0) {
     const Cause cause = cause_by_gain(high, shape.gain > 0);
@@ -110,12 +111,11 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
   }
   if (const int noise = noise_between_innovations(findings, high); noise != 0) {
     const Cause cause = cause_by_gain(high, (noise > 0) == high);
-    return {
-        {cause,
-         fmt::format("{}; NEES over its dof changes by {:.2g} in all over the steps without an innovation, "
-                     "where what Q does grows and what R does fades{}",
-                     why, findings.growth_without_innovations.mean,
-                     noise < 0 && !sensors.empty() ? "; it is " + sensors : "")}};
+    return {{cause,
+             fmt::format("{}; NEES over its dof changes by {} in all over the steps without an innovation, "
+                         "where what Q does grows and what R does fades{}",
+                         why, number_text(findings.growth_without_innovations.mean, 2),
+                         noise < 0 && !sensors.empty() ? "; it is " + sensors : "")}};
   }
   if (!std::isfinite(shape.lag_1_band)) return {};
   const double most = std::abs(shape.lag_1) + shape.lag_1_band;
@@ -125,7 +125,7 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
     return {{Cause::process_or_measurement_noise, why + (sensors.empty() ? "" : "; if it is R, " + sensors) +
                                                       std::string(where_errors_fit(findings))}};
   return {{high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
-           fmt::format("{}, and R makes up {:.2g} of S", why, share)}};
+           fmt::format("{}, and R makes up {} of S", why, number_text(share, 2))}};
 }
 
 // Of the innovations less their mean: of the mean square v of a component and its autocorrelation r a mean of
@@ -167,11 +167,12 @@ Causes find_wrong_pair(const Findings& findings) {
   if (std::abs(std::log(sum.mean / difference.mean)) < std::log(kApart)) return {};
   return {
       {Cause::innovation_correlation,
-       fmt::format("{} squared are {:.3g} ({:.3g} … {:.3g}) times what S says, and {} {:.3g} ({:.3g} … "
-                   "{:.3g}) times, while each alone is as large as it says: they are {} correlated than in "
+       fmt::format("{} squared are {} ({} … {}) times what S says, and {} {} ({} … "
+                   "{}) times, while each alone is as large as it says: they are {} correlated than in "
                    "S{}",
-                   sum_name, sum.mean, sum.lower, sum.upper, difference_name, difference.mean,
-                   difference.lower, difference.upper, sum.mean > difference.mean ? "more" : "less",
+                   sum_name, number_text(sum.mean, 3), number_text(sum.lower, 3), number_text(sum.upper, 3),
+                   difference_name, number_text(difference.mean, 3), number_text(difference.lower, 3),
+                   number_text(difference.upper, 3), sum.mean > difference.mean ? "more" : "less",
                    share >= kMostlyR ? ", which is mostly R" : "")}};
 }
 
@@ -204,9 +205,9 @@ Causes find_noise_by_growth(const Findings& findings) {
   if (!high) gain.mean = -gain.mean;
   if (!of_noise || nis.verdict != Verdict::consistent || !grows(gain, findings)) return {};
   const std::string why = fmt::format(
-      "NEES over its dof {} by {:.3g} from the first fifth to the second half (mean over the runs), and P0 "
+      "NEES over its dof {} by {} from the first fifth to the second half (mean over the runs), and P0 "
       "never makes it more wrong; the innovations fit, so it is the noise of states that these hardly show",
-      high ? "grows" : "falls", gain.mean);
+      high ? "grows" : "falls", number_text(gain.mean, 3));
   // Mean NEES is A q + B r + C p of its dof and mean NIS ρ r + …: with B ≤ 1 an R that makes such errors
   // moves NIS.
   const double by_R = findings.measurement_noise_share.value_or(0.0) * std::abs(excess_of(nees));
@@ -221,10 +222,11 @@ Causes find_wrong_gain(const Findings& findings) {
     return {};
   const InnovationShape shape = innovation_shape(findings);
   return {{Cause::process_or_measurement_noise,
-           fmt::format("innovations that are not white (lag-1 autocorrelation {:.2g}, {}) with a mean NIS "
-                       "of {:.3g} of {:.3g}: the gain is {}; no factor on P or S alone mends that",
-                       shape.lag_1, p_value_statement(findings.whiteness->p_value),
-                       findings.nis.expected * (1.0 + shape.excess), findings.nis.expected,
+           fmt::format("innovations that are not white (lag-1 autocorrelation {}, {}) with a mean NIS "
+                       "of {} of {}: the gain is {}; no factor on P or S alone mends that",
+                       number_text(shape.lag_1, 2), p_value_statement(findings.whiteness->p_value),
+                       number_text(findings.nis.expected * (1.0 + shape.excess), 3),
+                       number_text(findings.nis.expected, 3),
                        shape.gain > 0   ? "too small, Q over R should be larger"
                        : shape.gain < 0 ? "too large, Q over R should be smaller"
                                         : "wrong, or the noise is correlated in time")}};
@@ -244,8 +246,9 @@ Causes find_noise_beside_bias(const Findings& findings) {
   Causes found = noise_of(findings, shape, shape.excess > 0.0, {});
   if (found.empty()) {
     found.push_back({Cause::process_or_measurement_noise,
-                     fmt::format("mean NIS {:.3g} of {:.3g} without the mean of the innovations",
-                                 findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)});
+                     fmt::format("mean NIS {} of {} without the mean of the innovations",
+                                 number_text(findings.nis.expected * (1.0 + shape.excess), 3),
+                                 number_text(findings.nis.expected, 3))});
   }
   return found;
 }

@@ -21,9 +21,9 @@ void tell_mean_at_start(const Findings& findings, CauseFound& start) {
   if (!counts(mean->mean.squaredNorm() / static_cast<double>(mean->mean.size()), excess_of(*first))) return;
   start.cause = Cause::initial_covariance_or_nonlinear_start;
   start.why += fmt::format(
-      "; the first innovations have a mean of {:.2g} standard deviations ({}), which no P0 makes, "
+      "; the first innovations have a mean of {} standard deviations ({}), which no P0 makes, "
       "but a model that is not linear, or a first estimate that is off in all runs alike",
-      mean->mean.cwiseAbs().maxCoeff(), p_value_statement(mean->p_value));
+      number_text(mean->mean.cwiseAbs().maxCoeff(), 2), p_value_statement(mean->p_value));
 }
 
 // Of a filter that is mixed the noise goes beside the start; a start that may be none of P0 comes after it.
@@ -195,9 +195,9 @@ Causes find_wrong_before_innovations(const Findings& findings) {
   if (before.steps == 0 || before.fits) return {};
   const bool high = before.excess > 0.0;
   const std::string why = fmt::format(
-      "mean NEES is {:.3g} times its dof before the first innovation, where P0 and Q alone make the errors, "
-      "and {:.3g} times in the second half",
-      1.0 + before.excess, 1.0 + excess_of_second_half(findings.nees));
+      "mean NEES is {} times its dof before the first innovation, where P0 and Q alone make the errors, "
+      "and {} times in the second half",
+      number_text(1.0 + before.excess, 3), number_text(1.0 + excess_of_second_half(findings.nees), 3));
   const Cause cause = cause_of_dead_reckoning(findings, before.excess);
   if (findings.nonlinear && high && !can_be_gaussian(findings.nees_before_innovations)) {
     return with_the_rest(
@@ -219,22 +219,22 @@ Causes find_wrong_first_innovation(const Findings& findings) {
   if (first >= nis.steps.data() + nis.steps.size() / 2 || !stays(excess, nis)) return {};
   if (noise_between_innovations(findings, excess > 0.0) > 0) return {};  // Q, which find_wrong_noise names
   return {{excess > 0.0 ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
-           fmt::format(
-               "NIS is {:.3g} times its dof at the first innovation, where R alone may be wrong, and {:.3g} "
-               "times in the second half",
-               1.0 + excess, 1.0 + excess_of_second_half(nis))}};
+           fmt::format("NIS is {} times its dof at the first innovation, where R alone may be wrong, and {} "
+                       "times in the second half",
+                       number_text(1.0 + excess, 3), number_text(1.0 + excess_of_second_half(nis), 3))}};
 }
 
 Causes find_wrong_first_step(const Findings& findings) {
   const ConsistencyVerdict* wrong = initial_covariance_shows(findings);
   if (wrong == nullptr) return {};
   const StepTest& first = *first_step(*wrong);
-  return with_the_rest(findings,
-                       {Cause::initial_covariance,
-                        fmt::format("the first {} is {:.3g} times its dof ({}), and it is {:.3g} times in "
-                                    "the second half",
-                                    wrong == &findings.nis ? "NIS" : "NEES", first.mean / first.expected,
-                                    p_value_statement(first.p_value), 1.0 + excess_of_second_half(*wrong))});
+  return with_the_rest(
+      findings,
+      {Cause::initial_covariance,
+       fmt::format("the first {} is {} times its dof ({}), and it is {} times in "
+                   "the second half",
+                   wrong == &findings.nis ? "NIS" : "NEES", number_text(first.mean / first.expected, 3),
+                   p_value_statement(first.p_value), number_text(1.0 + excess_of_second_half(*wrong), 3))});
 }
 
 Causes find_start_that_dies_out(const Findings& findings) {

@@ -49,17 +49,18 @@ Causes bias_of(const Findings& findings) {
   if (findings.innovation_mean && clear(findings.innovation_mean->p_value) &&
       explains_the_innovations(*findings.innovation_mean, findings)) {
     const ZeroMeanTest& test = *findings.innovation_mean;
-    return {
-        {Cause::bias, fmt::format("the innovation has a mean of {:.2g} standard deviations ({}){}",
-                                  test.mean.cwiseAbs().maxCoeff(), p_value_statement(test.p_value), beside)}};
+    return {{Cause::bias, fmt::format("the innovation has a mean of {} standard deviations ({}){}",
+                                      number_text(test.mean.cwiseAbs().maxCoeff(), 2),
+                                      p_value_statement(test.p_value), beside)}};
   }
   if (findings.error_mean && clear(findings.error_mean->test.p_value) &&
       explains_the_errors(findings.error_mean->test, findings)) {
     const ZeroMeanTest& test = findings.error_mean->test;
-    return {{Cause::bias, fmt::format("the error of {} has a mean of {:.2g} standard deviations ({}), "
-                                      "which the innovations do not show{}",
-                                      findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(),
-                                      p_value_statement(test.p_value), beside)}};
+    return {
+        {Cause::bias, fmt::format("the error of {} has a mean of {} standard deviations ({}), "
+                                  "which the innovations do not show{}",
+                                  findings.error_mean->state, number_text(test.mean.cwiseAbs().maxCoeff(), 2),
+                                  p_value_statement(test.p_value), beside)}};
   }
   const MeanAtSteps& at_steps = findings.mean_at_steps;
   const bool too_large = is_inconsistent(findings.nees.verdict) && excess_of(findings.nees) > 0.0;
@@ -114,11 +115,11 @@ Causes find_late_measurements(const Findings& findings) {
   if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
   const StepTimes* const times = findings.nees.times.get();
   return {{Cause::late_measurements,
-           fmt::format("the errors point back along the path by about {:.2g} steps{} ({}), "
+           fmt::format("the errors point back along the path by about {} steps{} ({}), "
                        "which explains {:.0f} % of the excess of NEES",
-                       test.steps,
+                       number_text(test.steps, 2),
                        times != nullptr && times->known()
-                           ? fmt::format(", {:.2g} s,", test.steps * times->interval_s())
+                           ? fmt::format(", {} s,", number_text(test.steps * times->interval_s(), 2))
                            : "",
                        p_value_statement(test.p_value), 100.0 * std::min(1.0, test.explained))}};
 }
@@ -138,12 +139,11 @@ Causes find_coloured_noise(const Findings& findings) {
   if (!(findings.whiteness->p_value <= cause_level(findings))) return {};
   const InnovationShape shape = innovation_shape(findings);
   if (!is_coloured(lag_1, shape.excess, findings)) return {};
-  return {
-      {Cause::coloured_noise,
-       fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
-                   "{:.3g} is expected; if the noise is white, Q and R are both wrong and the gain is too {}",
-                   lag_1, findings.nis.expected * (1.0 + shape.excess), findings.nis.expected,
-                   lag_1 > 0.0 ? "small" : "large")}};
+  return {{Cause::coloured_noise,
+           fmt::format("the lag-1 autocorrelation is {}, too much for a mean NIS of {} where "
+                       "{} is expected; if the noise is white, Q and R are both wrong and the gain is too {}",
+                       number_text(lag_1, 2), number_text(findings.nis.expected * (1.0 + shape.excess), 3),
+                       number_text(findings.nis.expected, 3), lag_1 > 0.0 ? "small" : "large")}};
 }
 
 }  // namespace credence::internal

@@ -8,6 +8,7 @@
 
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
+#include "core/number_text.h"
 #include "montecarlo/engine/moments.h"
 
 namespace credence::internal {
@@ -118,9 +119,9 @@ InfluenceInterval influence_interval(std::span<const RunScores> all, double conf
   }
   if (!result.reason.empty()) return result;
   if (!(least_times >= kLeastLength)) {
-    result.reason = fmt::format(
-        "the log is {:.3g} times as long as its errors are correlated, and {:g} times are asked for",
-        least_times, kLeastLength);
+    result.reason =
+        fmt::format("the log is {} times as long as its errors are correlated, and {:g} times are asked for",
+                    number_text(least_times, 3), kLeastLength);
     return result;
   }
   result.half_width = quantile * std::sqrt(variance) / information;

@@ -10,6 +10,7 @@
 #include "analysis/evidence/sums/evidence.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "datasets/logs/conventions/reading_fit.h"
 
 namespace credence::internal {
@@ -112,8 +113,9 @@ std::string AngleUnits::all_in_degrees_text(std::size_t i) const {
   if (!(std::max(-state.least, state.most) > kRadiansOfTurn && sigma > kWideAngle)) return {};
   return fmt::format(
       "{} is perhaps in degrees, estimate, truth and P, where radians are expected: its estimates go to "
-      "{:.3g}, beyond a turn, and its σ is {:.3g} on average, which leaves an angle unknown.",
-      layout_.states[i], -state.least > state.most ? state.least : state.most, sigma);
+      "{}, beyond a turn, and its σ is {} on average, which leaves an angle unknown.",
+      layout_.states[i], number_text(-state.least > state.most ? state.least : state.most, 3),
+      number_text(sigma, 3));
 }
 
 AngleUnits::InDegrees AngleUnits::in_degrees(std::size_t i) const {
@@ -155,7 +157,7 @@ std::string AngleUnits::likely_text() const {
   }
   if (!others || of_P.empty() == of_error.empty()) return {};
   const std::string but_that =
-      fmt::format("mean e²/P is {:.4g} there, and about 1 in the other states", normalised / count);
+      fmt::format("mean e²/P is {} there, and about 1 in the other states", number_text(normalised / count));
   if (!of_P.empty()) {
     return fmt::format("P is perhaps in degrees in {}, where the error is in radians: {}.",
                        fmt::join(of_P, ", "), but_that);

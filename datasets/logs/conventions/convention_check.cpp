@@ -9,6 +9,7 @@
 
 #include "core/append_item.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "datasets/logs/conventions/thinned.h"
 
 namespace credence::internal {
@@ -104,7 +105,7 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
   std::string text;
   double least = HUGE_VAL, most = 0.0, least_carried = HUGE_VAL, most_carried = 0.0;
   for (const ChartNees& nees : findings.charts) {
-    append_item(text, fmt::format("{} {:.4g}", nees.chart, nees.as_written));
+    append_item(text, fmt::format("{} {}", nees.chart, number_text(nees.as_written)));
     // What an author may have meant without a mistake in order or unit.
     const PoseErrorAxes& axes = pose_chart_named(nees.chart).axes;
     if (std::isfinite(nees.as_written) && axes.position == PositionError::world &&
@@ -122,8 +123,8 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
       "What the covariance speaks of matters here; mean NEES of the pose (6 expected) if what is written "
       "were "
       "of the chart: {}. Judged is {} (--chart), a choice to be made before these numbers are looked at. Its "
-      "covariance, carried over exactly into each of these charts, has a mean NEES of {:.4g} to {:.4g}.",
-      text, declared_.name, least_carried, most_carried);
+      "covariance, carried over exactly into each of these charts, has a mean NEES of {} to {}.",
+      text, declared_.name, number_text(least_carried), number_text(most_carried));
 }
 
 std::string ConventionCheck::likely_mistake(const ReadingFit& declared, const TruthLookup& truth_at) const {
@@ -140,10 +141,10 @@ std::string ConventionCheck::likely_mistake(const ReadingFit& declared, const Tr
   }
   if (!best) return "";
   return fmt::format(
-      "The covariance does not fit as it is read (chart {}, {}). It nearly would if {} (mean NEES {:.4g}; "
+      "The covariance does not fit as it is read (chart {}, {}). It nearly would if {} (mean NEES {}; "
       "{}), though errors are correlated for too long to test that. Whether it is so, the log cannot say: "
       "look at the program that wrote it.",
-      declared_.name, misfit_text(declared, 6), best->cause, best_fit.nees, best->repair);
+      declared_.name, misfit_text(declared, 6), best->cause, number_text(best_fit.nees), best->repair);
 }
 
 std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthComparison& truth) const {
@@ -173,7 +174,8 @@ std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthCom
   if (fitting.size() > kMostNamed) fitting.resize(kMostNamed);
   std::string repairs;
   for (const auto& [reading, fit] : fitting) {
-    append_item(repairs, fmt::format("{} (mean NEES {:.4g}; {})", reading.cause, fit.nees, reading.repair),
+    append_item(repairs,
+                fmt::format("{} (mean NEES {}; {})", reading.cause, number_text(fit.nees), reading.repair),
                 ", or if ");
   }
   return fmt::format(

@@ -15,6 +15,7 @@
 #include "core/linear_algebra/logarithm.h"
 #include "core/linear_algebra/small_cholesky.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 #include "core/record/take_block.h"
 
 namespace credence::internal {
@@ -178,7 +179,7 @@ ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vect
 }  // namespace
 
 std::string misfit_text(const ReadingFit& fit, Index dim) {
-  return std::isfinite(fit.nees) ? fmt::format("mean NEES {:.4g} of {}", fit.nees, dim)
+  return std::isfinite(fit.nees) ? fmt::format("mean NEES {} of {}", number_text(fit.nees), dim)
                                  : "no covariance, as it is not positive definite";
 }
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/manifold/angle.h"
+#include "core/number_text.h"
 #include "datasets/logs/conventions/reading_fit.h"
 #include "datasets/logs/conventions/thinned.h"
 
@@ -194,8 +195,8 @@ std::string StepConventions::other_order() const {
   if (best == nullptr || !near(nees / static_cast<double>(n))) return {};
   return fmt::format(
       "P is perhaps written in another order than the states: with its rows in the order {} the mean NEES is "
-      "{:.4g} of {}, and every state fits within a factor of {:g}.",
-      order_text(layout_, best->order, *best->parts), nees, n, kNear);
+      "{} of {}, and every state fits within a factor of {:g}.",
+      order_text(layout_, best->order, *best->parts), number_text(nees), n, kNear);
 }
 
 void StepConventions::begin_run(const RunLayout& layout) {
@@ -241,9 +242,9 @@ void StepConventions::finish() {
     return unexplained();
   }
   hint(
-      fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {:.4g}). "
+      fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {}). "
                   "Whether it is so, the log cannot say: look at the program that wrote it.",
-                  misfit_text(*declared, n), cause, best->nees));
+                  misfit_text(*declared, n), cause, number_text(best->nees)));
 }
 
 }  // namespace credence::internal

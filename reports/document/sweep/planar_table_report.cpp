@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "core/number_text.h"
@@ -27,8 +26,7 @@ constexpr double kLeastNoisyExponent = 0.1;
 TableCell growth_cell(const PlanarFollowed& f) {
   const LongRun verdict = f.growth.verdict;
   if (verdict == LongRun::failed) return {"beyond all bounds", CellTone::alarm};
-  const double rounded = std::round(100.0 * f.growth.exponent) / 100.0;
-  const std::string exponent = fmt::format("{}{:.2f}", rounded < 0.0 ? "−" : "", std::abs(rounded));
+  const std::string exponent = fixed_text(f.growth.exponent, 2);
   const bool contradicts = verdict == LongRun::growing ? f.growth.exponent < kLeastNoisyExponent
                                                        : f.growth.exponent > kLeastNoisyExponent;
   if (f.at == Linearisation::estimate && contradicts) {

@@ -213,7 +213,7 @@ TEST(TimeOffset, ThatOfAllFilesIsUsedForEach) {
   options.common_offset = std::make_shared<const TimeOffset>(common);
   EXPECT_EQ(with_time_offset(log.poses(), options, sink).time_offset_s, 0.25);
   EXPECT_THAT(sink.said(), ::testing::AllOf(HasSubstr("One time offset of all 4 files together"),
-                                            HasSubstr("how the files differ"), HasSubstr("at most 5 %")));
+                                            HasSubstr("how the files differ"), HasSubstr("at most 5.0 %")));
 }
 
 // What an offset may have taken out of the errors decides what these are evidence of.

@@ -429,7 +429,7 @@ TEST(CauseRules, FirstInnovationsWithAMeanAreNotOfP0Alone) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
   findings.first_innovation->p_value = 0.0029;
   ASSERT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
-  EXPECT_NE(find_causes(findings)[0].why.find("a mean of 0.9 standard deviations"), std::string::npos);
+  EXPECT_NE(find_causes(findings)[0].why.find("a mean of 0.90 standard deviations"), std::string::npos);
   findings.first_innovation->mean *= 0.3;  // 0.27² is less than a twentieth of 2
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
   findings.first_innovation->mean *= 3.0;
@@ -443,7 +443,7 @@ TEST(CauseRules, InflationIsNamedWhereItMakesPTooLarge) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
   findings.inflated = true;
   ASSERT_EQ(causes_of(findings), CauseList{Cause::inflation});
-  EXPECT_NE(find_causes(findings)[0].why.find("mean NEES 0.4 of 1"), std::string::npos);
+  EXPECT_NE(find_causes(findings)[0].why.find("mean NEES 0.4000 of 1.000"), std::string::npos);
   findings = findings_of(1.5, 1.0);
   findings.inflated = true;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
@@ -514,7 +514,7 @@ TEST(CauseRules, ErrorsThatAreWrongBeforeTheFirstInnovationAreOfP0OrQ) {
   findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
   findings.nonlinear = true;
   ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
-  EXPECT_NE(find_causes(findings)[0].why.find("is 3 times its dof before the first innovation"),
+  EXPECT_NE(find_causes(findings)[0].why.find("is 3.00 times its dof before the first innovation"),
             std::string::npos);
   findings.nees = verdict_of_means(std::vector<double>(40, 0.4), false);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
@@ -780,8 +780,8 @@ TEST(CauseRules, TheRThatIsWrongIsThatOfTheSensorWhoseNisIs) {
   const std::vector<CauseFound> of_R = find_causes(findings);
   ASSERT_FALSE(of_R.empty());
   EXPECT_EQ(of_R.front().cause, Cause::measurement_noise_too_small);
-  EXPECT_NE(of_R.front().why.find("-0.12 ± 0.05 of b"), std::string::npos) << of_R.front().why;
-  EXPECT_NE(of_R.front().why.find("; it is that of b (NIS of b is 2.4 times"), std::string::npos)
+  EXPECT_NE(of_R.front().why.find("−0.12 ± 0.050 of b"), std::string::npos) << of_R.front().why;
+  EXPECT_NE(of_R.front().why.find("; it is that of b (NIS of b is 2.40 times"), std::string::npos)
       << of_R.front().why;
 
   // Both too small: both are named. Q: lags of one sign.
@@ -914,7 +914,7 @@ TEST(CauseRules, AGateOfFewMissingValuesStandsBesideAnSThatIsTooLarge) {
   ASSERT_EQ(without.size(), 1U);
   findings.perhaps_gate = GateFound{.nis = 6.1, .expected = 5.0, .p_value = 0.4, .over_scaled = 1.0};
   EXPECT_EQ(causes_of(findings), (CauseList{without[0], Cause::gated_innovations}));
-  EXPECT_NE(find_causes(findings)[1].why.find("no NIS lies beyond 6.1, where 5 are expected"),
+  EXPECT_NE(find_causes(findings)[1].why.find("no NIS lies beyond 6.100, where 5.0 are expected"),
             std::string::npos);
   findings.nis = findings_of(1.0, 1.0).nis;
   EXPECT_EQ(causes_of(findings), CauseList{});
