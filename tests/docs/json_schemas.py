@@ -12,6 +12,7 @@ import copy
 import json
 import os
 import pathlib
+import random
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,9 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SCHEMAS = ROOT / "docs" / "schemas"
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+BY_NAME = {"blocks"}  # keys of objects whose own keys are names in the log
+OF_WORLD = {"scenario"}  # whose own keys are those of a world: none is required
 
 PREPARE = [  # commands that leave behind what others look at
     "run planar_loop --runs 20 --steps 40 --log logs --fresh",
@@ -31,8 +35,10 @@ PREPARE = [  # commands that leave behind what others look at
 DOCUMENTS = {
     "run": ["run planar_loop --runs 20 --steps 40", "run figure1_two_landmarks --runs 40", "run linear --runs 20 --steps 50",
             "run localisation --runs 4 --steps 300", "run missed_detections --runs 40",
-            "run figure1_one_landmark figure3_one_landmark --runs 20", "run tracking_radar --runs 2 --steps 20"],
-    "check": ["check logs", "check logs --sensitivity --within 0.2", "check logs/run-000000.csv", "check tracks"],
+            "run figure1_one_landmark figure3_one_landmark --runs 20", "run tracking_radar --runs 2 --steps 20",
+            "run inertial --runs 4 --steps 20"],
+    "check": ["check logs", "check logs --sensitivity --within 0.2", "check logs/run-000000.csv", "check tracks", "check plain.csv", "check right.csv", "check nis.csv", "check two.csv",
+              "check one.csv", "check single.csv", "check blank.csv"],
     "sweep": ["sweep mistuned_sweep --runs 20 --steps 20",
               "sweep mistuned_sweep --runs 20 --steps 20 --shard 1/2 --out shard"],
     "estimators": ["estimators ukfm_slam2d --estimators ekf,fej --runs 10 --steps 60",
@@ -40,7 +46,7 @@ DOCUMENTS = {
                    "estimators linear_estimators --runs 4 --steps 20 --set noise.detection_probability=0.8",
                    "estimators zhang_3d --set world.landmarks=20 --runs 4 --steps 40",
                    "estimators linear_estimators --runs 8 --steps 20 --set sweep.filter.measurement_scale=1,4"],
-    "tune": ["tune tracking --runs 10 --steps 40", "tune tracks", "tune carpark --free noise.range_std"],
+    "tune": ["tune tracking --runs 10 --steps 40", "tune linear --runs 10 --steps 40", "tune tracks", "tune carpark --free noise.range_std"],
     "stability": ["stability figure2_two_landmarks", "stability figure3_one_landmark", "stability linear",
                   "stability linear --set world.F=[[3,0.01,0],[0,0.95,-0.5],[0,0,1]] --set world.H=[[0,1,0]]"],  # fails at a step
     "plan": ["plan figure1_two_landmarks --factor 1.2"],
@@ -69,9 +75,58 @@ def run(credence, arguments, folder):
     return told.stdout
 
 
+def write_logs(folder):
+    """Logs of exact filters of two states and of innovations alone, as others than ours have them."""
+    draw = random.Random(5).gauss
+
+    def write(name, columns, rows, runs):
+        lines = [",".join(["run", "step", *columns])]
+        for run in range(runs):
+            for step in range(1, rows + 1):
+                lines.append(",".join([str(run), str(step), *("" if x is None else f"{x:.9g}" for x in (v() for v in columns.values()))]))
+        (pathlib.Path(folder) / name).write_text("\n".join(lines) + "\n")
+
+    def error():
+        return draw(0.0, 1.0)
+
+    def one():
+        return 1.0
+
+    def blank():
+        return None
+
+    def state(a, b):
+        return {f"error.{a}": error, f"error.{b}": error, f"P.{a}.{a}": one, f"P.{a}.{b}": lambda: 0.0, f"P.{b}.{b}": one}
+
+    gps = {"innovation.gps.1": error, "S.gps.1.1": one}
+    write("plain.csv", state("x1", "x2"), 40, 30)
+    write("right.csv", {**state("position", "velocity"), **gps}, 200, 1)
+    write("nis.csv", {"nis.1": lambda: error() ** 2}, 60, 4)
+    write("two.csv", {**gps, "innovation.imu.1": lambda: 2.0 * error(), "S.imu.1.1": one}, 60, 25)
+    write("one.csv", state("x1", "x2"), 1, 1)
+    write("single.csv", {"error.x": error, "P.x.x": one}, 40, 30)
+    write("blank.csv", {**gps, "innovation.imu.1": blank, "S.imu.1.1": blank}, 60, 2)
+
+
+def loosened(schema):
+    schema = {k: v for k, v in schema.items() if k != "required"}
+    if "properties" in schema:
+        schema["properties"] = {k: loosened(v) for k, v in schema["properties"].items()}
+    return schema
+
+
+def member(key, value):
+    if key in BY_NAME and isinstance(value, dict):
+        inner = {}
+        for of_name in value.values():
+            inner = joined(inner, schema_of(of_name))
+        return {"type": ["object"], "additionalProperties": inner}
+    return loosened(schema_of(value)) if key in OF_WORLD else schema_of(value)
+
+
 def schema_of(value):
     if isinstance(value, dict):
-        return {"type": ["object"], "properties": {k: schema_of(v) for k, v in value.items()}, "required": sorted(value)}
+        return {"type": ["object"], "properties": {k: member(k, v) for k, v in value.items()}, "required": sorted(value)}
     if isinstance(value, list):
         items = {}
         for element in value:
@@ -93,11 +148,14 @@ def joined(a, b):
     if "number" in types:
         types = [t for t in types if t != "integer"]
     schema = {"type": types}
-    if "object" in types:
-        of = [s for s in (a, b) if "properties" in s]
+    of = [s for s in (a, b) if "properties" in s]
+    if of:
         keys = dict.fromkeys(key for s in of for key in s["properties"])
         schema["properties"] = {k: joined(*([s["properties"].get(k, {}) for s in of] + [{}])[:2]) for k in keys}
-        schema["required"] = sorted(set.intersection(*(set(s["required"]) for s in of)))
+        if all("required" in s for s in of):
+            schema["required"] = sorted(set.intersection(*(set(s["required"]) for s in of)))
+    if any("additionalProperties" in s for s in (a, b)):
+        schema["additionalProperties"] = joined(a.get("additionalProperties", {}), b.get("additionalProperties", {}))
     if "array" in types:
         schema["items"] = joined(a.get("items", {}), b.get("items", {}))
     return schema
@@ -117,8 +175,9 @@ def simplified(schema):
         del schema["required"]
     if "properties" in schema:
         schema["properties"] = {k: simplified(v) for k, v in schema["properties"].items()}
-    if "items" in schema:
-        schema["items"] = simplified(schema["items"])
+    for of in ("items", "additionalProperties"):
+        if of in schema:
+            schema[of] = simplified(schema[of])
     return schema
 
 
@@ -129,8 +188,9 @@ def shared(schema):
     def visit(part, name, found):
         for key, inner in part.get("properties", {}).items():
             visit(inner, key, found)
-        if "items" in part:
-            visit(part["items"], name, found)
+        for of in ("items", "additionalProperties"):
+            if of in part:
+                visit(part[of], name, found)
         if "properties" in part:
             found(json.dumps(part, sort_keys=True), name)
 
@@ -149,8 +209,9 @@ def shared(schema):
         part = dict(part)
         if "properties" in part:
             part["properties"] = {k: replaced(v) for k, v in part["properties"].items()}
-        if "items" in part:
-            part["items"] = replaced(part["items"])
+        for of in ("items", "additionalProperties"):
+            if of in part:
+                part[of] = replaced(part[of])
         return part
 
     definitions = {name: replaced(json.loads(text), text) for text, name in names.items()}
@@ -198,6 +259,7 @@ def main(credence, write=None):
     with tempfile.TemporaryDirectory() as folder:
         for arguments in PREPARE:
             run(credence, arguments, folder)
+        write_logs(folder)
         documents = {name: [(c, json.loads(run(credence, f"{c} --format json", folder))) for c in commands]
                      for name, commands in known_documents().items()}
     if write == "--write":
