@@ -89,7 +89,7 @@ int sweep(SweepOptions& options) {
     }
     return kDone;
   }
-  bool complete = true, failed = false, inconsistent = false;
+  bool complete = true, failed = false;
   std::vector<StudyAnalysis> analyses;
   for (std::size_t i = 0; i < results.size(); ++i) {
     complete = complete && results[i].result.complete;
@@ -98,9 +98,11 @@ int sweep(SweepOptions& options) {
     configurations[i].experiment.reset();
     if (options.format != "json") forget_steps(analyses.back());
     failed = failed || !analyses.back().statistics.failures.empty();
-    inconsistent = inconsistent || is_inconsistent(overall_verdict(analyses.back()));
   }
-  tell(sweep_document(analyse_sweep(plan, std::move(analyses))), options);
+  const SweepAnalysis sweep = analyse_sweep(plan, std::move(analyses));
+  bool inconsistent = false;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) inconsistent = inconsistent || sweep.stands(i);
+  tell(sweep_document(sweep), options);
   require_stored(options.out);
   return study_exit_code(complete, failed, inconsistent, options);
 }

@@ -145,6 +145,7 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
                                   .margin = a.scenario.stop.consistent_within,
                                   .all_runs = &a.statistics,
                                   .times = StepTimes::every(step_s(a.scenario))});
+  a.nis = a.judgement->nis;
   a.word = a.judgement->word;
 }
 

@@ -27,6 +27,11 @@ bool is_rank_map(const SweepPlan& plan) {
 
 }  // namespace
 
+bool SweepAnalysis::stands(std::size_t study) const {
+  return is_inconsistent(overall_verdict(studies[study])) &&
+         p_values[study] <= 1.0 - studies[study].scenario.study.confidence;
+}
+
 std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses) {
   std::vector<double> p_values;
   p_values.reserve(analyses.size());

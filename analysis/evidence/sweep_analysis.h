@@ -19,6 +19,8 @@ struct SweepAnalysis {
   std::vector<RankMapCell> rank_map;   ///< of each study; empty unless the whole plan is a map of ranks
 
   const SweepPoint& point(std::size_t study) const { return plan.points[points[study]]; }
+  /// Whether this study is inconsistent also when all are taken together.
+  bool stands(std::size_t study) const;
 };
 
 /// One p-value for each configuration of a sweep, adjusted so that among those at or below 1 − confidence the

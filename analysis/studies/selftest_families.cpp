@@ -184,7 +184,8 @@ std::array<double, SyntheticFilter::kRuns> nees_over_time_p_values(const NoiseSo
 
 std::array<double, SyntheticFilter::kRuns> nis_over_time_p_values(const NoiseSource& noise,
                                                                   std::int64_t block) {
-  return p_values_of_nees(noise, block, 0.0, modulation_p_value);
+  return p_values_of_nees(noise, block, 0.0,
+                          [](std::span<const double> nis) { return modulation(nis).p_value; });
 }
 
 std::array<double, SyntheticFilter::kRuns / 4> agreement_p_values(const NoiseSource& noise,

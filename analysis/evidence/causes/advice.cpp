@@ -99,11 +99,15 @@ std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockV
   return text.empty() ? left_steps(nees).text() : text;
 }
 
-ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis) {
+ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis, double correlation_time) {
   if (nis.steps_tested == 0 || !(nis.dof > 0.0) || !std::isfinite(nis.mean)) return no_scale("no data");
   const double sum = nis.mean * static_cast<double>(nis.count);
-  const ChiSquareBounds bounds = mean_bounds(nis.dof, 1.0, nis.confidence);
-  return {.factor = sum / nis.dof, .lower = sum / bounds.upper, .upper = sum / bounds.lower, .reason = {}};
+  const ChiSquareBounds bounds = mean_bounds(nis.dof / correlation_time, 1.0, nis.confidence);
+  const double of_as_many = sum / correlation_time;
+  return {.factor = sum / nis.dof,
+          .lower = of_as_many / bounds.upper,
+          .upper = of_as_many / bounds.lower,
+          .reason = {}};
 }
 
 ScaleAdvice scale_of_measurement_noise(const ScaleAdvice& scale, double share) {

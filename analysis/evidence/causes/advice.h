@@ -44,9 +44,9 @@ ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees);
 /// consistent filter keep together, with the end of the factor's interval that speaks for them.
 std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockVerdict> blocks);
 
-/// The factor on S that would make the mean NIS the expected one, NIS being white: sum / dof with the exact
-/// χ² interval. Undefined, with a reason, without data.
-ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis);
+/// The factor on S that would make the mean NIS the expected one: sum / dof with the χ² interval, which is
+/// exact where NIS is white; correlation_time: as of judge_nis. Undefined, with a reason, without data.
+ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis, double correlation_time = 1.0);
 
 /// The factor on R alone that scales S by `scale`: 1 + (scale − 1) / share, share = mean of tr(S⁻¹ R) / m in
 /// (0, 1], the part of S that is R. To first order, as P in S depends on R through the filter's recursion.

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/evidence/verdicts/consistency_judge.h"
 #include "analysis/laws/chi_square/chi_square_truncated.h"
 #include "analysis/laws/mean/run_mean.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -20,10 +23,37 @@ SumLaw any_correlation(const std::vector<StepTest>& tested) {
   return dependent_law(dofs);
 }
 
-SumLaw white_steps(const std::vector<StepTest>& tested) {
+/// Of τ times a sum of that law.
+SumLaw times(double tau, SumLaw law) {
+  if (tau == 1.0) return law;
+  return {.expected = tau * law.expected,
+          .bounds =
+              [tau, bounds = std::move(law.bounds)](double confidence) {
+                const ChiSquareBounds of_fewer = bounds(confidence);
+                return ChiSquareBounds{tau * of_fewer.lower, tau * of_fewer.upper};
+              },
+          .p_value = [tau, p_value = std::move(law.p_value)](double sum) { return p_value(sum / tau); }};
+}
+
+double total_dof_of(const std::vector<StepTest>& tested) {
   double dof = 0.0;
   for (const StepTest& step : tested) dof += step.total_dof;
-  return chi_square_law(dof);
+  return dof;
+}
+
+double total_count_of(const std::vector<StepTest>& tested) {
+  double count = 0.0;
+  for (const StepTest& step : tested) count += static_cast<double>(step.count);
+  return count;
+}
+
+/// Of the sum over runs and steps of this correlation time.
+std::string steps_text(double tau) {
+  return tau == 1.0 ? "white steps"
+                    : fmt::format(
+                          "steps, as far as it varies for their correlation in time: {} times as much as "
+                          "of white ones",
+                          number_text(tau, 3));
 }
 
 }  // namespace
@@ -53,29 +83,33 @@ ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const
 }
 
 ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
-                             double confidence) {
-  return judge_sums(per_step, total_dof_per_step, confidence,
-                    {.step = chi_square_step,
-                     .overall = white_steps,
-                     .method = "every step (Bonferroni) and the chi-square sum over runs and white steps"});
+                             double confidence, double tau) {
+  const auto overall = [tau](const std::vector<StepTest>& tested) {
+    return times(tau, chi_square_law(total_dof_of(tested) / tau));
+  };
+  return judge_sums(
+      per_step, total_dof_per_step, confidence,
+      {.step = chi_square_step,
+       .overall = overall,
+       .method = "every step (Bonferroni) and the chi-square sum over runs and " + steps_text(tau)});
 }
 
 ConsistencyVerdict judge_gated_nis(std::span<const Moments> per_step, double dof, double gate,
-                                   double confidence) {
+                                   double confidence, double tau) {
   const Cumulants one = truncated_chi_square_cumulants(dof, gate);
   std::vector<double> total_dofs;
   for (const Moments& step : per_step) total_dofs.push_back(dof * static_cast<double>(step.count));
   const auto sum_of = [one](double count) { return cumulant_law(one * count); };
-  return judge_sums(per_step, total_dofs, confidence,
-                    {.step = [&](double /*total_dof*/, double count) { return sum_of(count); },
-                     .overall =
-                         [&](const std::vector<StepTest>& tested) {
-                           double count = 0.0;
-                           for (const StepTest& step : tested) count += static_cast<double>(step.count);
-                           return sum_of(count);
-                         },
-                     .method = "every step (Bonferroni) and the sum over runs and white steps, "
-                               "both by the truncated chi-square law of a gated innovation"});
+  return judge_sums(
+      per_step, total_dofs, confidence,
+      {.step = [&](double /*total_dof*/, double count) { return sum_of(count); },
+       .overall =
+           [&](const std::vector<StepTest>& tested) {
+             return times(tau, sum_of(total_count_of(tested) / tau));
+           },
+       .method = fmt::format("every step (Bonferroni) and the sum over runs and {}, both by the "
+                             "truncated chi-square law of a gated innovation",
+                             steps_text(tau))});
 }
 
 }  // namespace credence::internal

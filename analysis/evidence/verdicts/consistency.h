@@ -112,17 +112,19 @@ struct ConsistencyVerdict {
 ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
                               double confidence, const RunAverages* runs = nullptr);
 
-/// The verdict on NIS: steps white, so the sum over runs and steps is χ²(Σ dof). Else as judge_nees.
+/// The verdict on NIS: steps white, so the sum over runs and steps is χ²(Σ dof). Of steps that are not, the
+/// variance of the sum is `correlation_time` ≥ 1 times that (square_correlation.h), and its law that of
+/// correlation_time χ²(Σ dof/correlation_time), an approximation. Else as judge_nees.
 ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
-                             double confidence);
+                             double confidence, double correlation_time = 1.0);
 
 /// The verdict on NIS that had to pass a gate, all of dimension `dof`: each step and the sum, as judge_nis,
 /// with the law of χ²(dof) truncated at `gate` (chi_square_truncated.h).
 ///
 /// The sums are taken as matched in three cumulants: an approximation, good from about 20 values a step on
 /// for the 99 % gate. count values of a step, all ≤ gate; NEES of a gated filter has no such simple law.
-/// Throws as judge_nis, and unless dof and gate are > 0.
+/// correlation_time: as of judge_nis. Throws as judge_nis, and unless dof and gate are > 0.
 ConsistencyVerdict judge_gated_nis(std::span<const Moments> per_step, double dof, double gate,
-                                   double confidence);
+                                   double confidence, double correlation_time = 1.0);
 
 }  // namespace credence::internal

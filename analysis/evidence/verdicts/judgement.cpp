@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "analysis/evidence/causes/cause_findings.h"
@@ -22,6 +23,8 @@
 
 namespace credence::internal {
 namespace {
+
+constexpr std::string_view kLasting = "the innovations are correlated over more steps than are looked at";
 
 /// Of a few long runs; empty where only whole ones are compared.
 StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s) {
@@ -67,12 +70,40 @@ ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, cons
                     [&](const RunAverages& runs) { return judge_state(e, nees, confidence, &runs); });
 }
 
+/// Of innovations that are not white, also about their mean.
+SquareCorrelation correlation_in_time(const SensorSums& s, const WhitenessTest& whiteness,
+                                      double confidence) {
+  const auto is_coloured = [](const WhitenessTest& test) { return test.reason.empty() && !test.white; };
+  if (!is_coloured(whiteness)) return {};
+  const LagProducts products =
+      s.varies ? s.scalar_lags.about(s.scalar_values.mean) : s.lags.about(s.values.mean);
+  if (!is_coloured(test_whiteness(products, confidence))) return {};
+  return s.sensor.nis_alone ? score_correlation(products) : square_correlation(products);
+}
+
+/// Of NIS that may be correlated over any time: as NEES is judged, by equal stretches of its mean over the
+/// runs that are long enough, or else by the bound for every dependence.
+ConsistencyVerdict judge_lasting_nis(const SensorSums& s, const StepSeries& nis, double confidence) {
+  const std::vector<double> means = normalised_nis(s);
+  const RunAverages stretches{.moments = stretch_averages(std::span(&means, 1)).averages};
+  ConsistencyVerdict v = judge_nees(nis.moments, nis.dof, confidence, &stretches);
+  if (stretches.moments.count > 0) {
+    v.method = fmt::format(
+        "every step (Bonferroni) and the averages of {} stretches, longer than ten correlation times each",
+        stretches.moments.count);
+  }
+  return v;
+}
+
 /// The verdict on the NIS of one sensor.
 ConsistencyVerdict judge_sensor_nis(const SensorSums& s, const std::optional<GateFound>& gate,
-                                    const StepSeries& nis, double confidence) {
-  if (!gate) return judge_nis(nis.moments, nis.dof, confidence);
+                                    const SquareCorrelation& correlation, const StepSeries& nis,
+                                    double confidence) {
+  if (!gate && !correlation.known) return judge_lasting_nis(s, nis, confidence);
+  if (!gate) return judge_nis(nis.moments, nis.dof, confidence, correlation.of_sum);
+  const double steps = static_cast<double>(s.nis.size());  // as if all were one value
   return judge_gated_nis(nis.moments, static_cast<double>(s.by_dimension.begin()->first), gate->nis,
-                         confidence);
+                         confidence, correlation.known ? correlation.of_sum : steps);
 }
 
 /// Each sensor's NIS has its own law, so the verdict on all is theirs together, by the union bound.
@@ -100,8 +131,9 @@ void judge_verdicts(const Evidence& e, const StudyStatistics& s, const SkewedMom
   j.nees = judge_study(e, s, stretches, j.confidence);
   j.vehicle_nees = judge_vehicle(s, j.confidence);
   const StepSeries nis{s.series(Quantity::nis), s.dofs(Quantity::nis)};
-  j.nis = e.sensors.size() == 1 ? judge_sensor_nis(e.sensors[0], j.sensors[0].gate, nis, j.confidence)
-                                : judge_all_sensors(e, nis, j.confidence);
+  j.nis = e.sensors.size() == 1
+              ? judge_sensor_nis(e.sensors[0], j.sensors[0].gate, j.sensors[0].correlation, nis, j.confidence)
+              : judge_all_sensors(e, nis, j.confidence);
   if (e.sensors.size() > 1) join_sensors(j.sensors, j.nis);
 }
 
@@ -197,9 +229,10 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
     if (const std::optional<GateFound> found = find_gate(s, confidence))
       (found->is_certain() ? result.gate : result.perhaps_gate) = found;
   }
-  result.nis = judge_sensor_nis(s, result.gate, nis, confidence);
   const LagProducts& lags = s.varies ? s.scalar_lags : s.lags;
   result.whiteness = test_whiteness(lags, confidence);
+  result.correlation = correlation_in_time(s, result.whiteness, confidence);
+  result.nis = judge_sensor_nis(s, result.gate, result.correlation, nis, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
   if (s.sensor.nis_alone) {
@@ -211,7 +244,9 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   }
   const auto test = [&](const std::vector<Moments>& values) {
     if (result.gate) return ComponentTest{.reason = "innovations had to pass a gate"};
-    return test_components(s.varies ? std::span<const Moments>() : values, confidence);
+    if (!result.correlation.known) return ComponentTest{.reason = kLasting};
+    return test_components(s.varies ? std::span<const Moments>() : values, confidence,
+                           result.correlation.of_component);
   };
   result.components = test(s.components);
   result.pairs = test(s.pairs);
@@ -223,13 +258,32 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   return result;
 }
 
+/// Of the sensor whose innovations are correlated for longest.
+SquareCorrelation longest_correlation(const Judgement& j) {
+  SquareCorrelation longest;
+  for (const SensorJudgement& sensor : j.sensors) {
+    longest.of_sum = std::max(longest.of_sum, sensor.correlation.of_sum);
+    longest.known = longest.known && sensor.correlation.known;
+  }
+  return longest;
+}
+
+/// The factor on S.
+ScaleAdvice scale_of_sensors(const Judgement& j) {
+  const SquareCorrelation correlation = longest_correlation(j);
+  if (correlation.known) return scale_of_innovation(j.nis, correlation.of_sum);
+  if (!j.nis.factor.reason.empty()) return no_scale(kLasting);
+  return {
+      .factor = j.nis.factor.mean, .lower = j.nis.factor.lower, .upper = j.nis.factor.upper, .reason = {}};
+}
+
 void judge_scales(const Evidence& e, const JudgementContext& context, Judgement& j) {
   j.scale_covariance = scale_of_covariance(j.nees);
   const double alpha = 1.0 - j.confidence;
   const auto shared = [alpha](const SensorPairJudgement& p) { return p.correlation.p_value <= alpha; };
   j.scale_innovation = std::ranges::any_of(j.law.sensor_pairs, shared)
                            ? no_scale("sensors of the same step are correlated")
-                           : context.scale_innovation.value_or(scale_of_innovation(j.nis));
+                           : context.scale_innovation.value_or(scale_of_sensors(j));
   Moments share;
   for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
   j.scale_measurement_noise = share.count > 0 && share.mean > 0.0
@@ -354,10 +408,11 @@ Word word_of(const Evidence& e, const Judgement& j) {
                   mean * (1.0 + nees.amplitude) > 1.0, mean * (1.0 - nees.amplitude) < 1.0);
   }
   for (const SensorJudgement& sensor : j.sensors) {
-    const Verdict of_mean = sensor.nis.verdict;
-    add_over_time(of_sensor("NIS", sensor), sensor.over_time_p_value, sensor.nis,
+    const double mean = sensor.nis.mean / sensor.nis.expected;
+    add_over_time(of_sensor("NIS", sensor), sensor.over_time.p_value, sensor.nis,
                   kWordOverTime / static_cast<double>(j.sensors.size()), true,
-                  of_mean != Verdict::pessimistic, of_mean != Verdict::optimistic);
+                  mean * (1.0 + sensor.over_time.amplitude) > 1.0,
+                  mean * (1.0 - sensor.over_time.amplitude) < 1.0);
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
@@ -420,6 +475,18 @@ void judge_fitted(TruthFit fit, Judgement& j) {
   j.word.joined.clear();
 }
 
+/// A run that failed has no rows where the filter was worst. Where many have, the others do not speak for it.
+void leave_failed_open(const StudyStatistics& all, Judgement& j) {
+  constexpr double kMost = 0.05;
+  if (j.word.verdict == Verdict::optimistic || j.word.verdict == Verdict::mixed) return;
+  const auto failed = std::ssize(all.failures);
+  if (static_cast<double>(failed) <= kMost * static_cast<double>(all.runs)) return;
+  j.word.verdict = Verdict::undecided;
+  j.word.says.clear();
+  j.nees.reason = fmt::format("{} of {} runs failed{}", failed, all.runs,
+                              failed < all.runs ? ", and the others do not speak for them" : "");
+}
+
 /// A rejected row has a P, or an error, that is none. Where many are, the others do not speak for the filter.
 void leave_rejected_open(const Evidence& e, Judgement& j) {
   constexpr double kMost = 0.05;
@@ -480,9 +547,9 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     few.nees_over_time = std::min(1.0, static_cast<double>(j.nees_over_time.size()) * least->p_value);
   }
   for (std::size_t i = 0; i < e.sensors.size(); ++i) {
-    few.nis_over_time.push_back(nis_over_time(e.sensors[i]));
-    if (!clearly_coloured(j.sensors[i].whiteness, j.confidence))
-      j.sensors[i].over_time_p_value = few.nis_over_time.back();
+    const Modulation over_time = nis_over_time(e.sensors[i]);
+    few.nis_over_time.push_back(over_time.p_value);
+    if (!clearly_coloured(j.sensors[i].whiteness, j.confidence)) j.sensors[i].over_time = over_time;
   }
   const SkewedMoments averages = averages_compared(e, few.state);
   judge_verdicts(e, all, averages, j);
@@ -497,9 +564,12 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
                     std::fmin(claimed.optimistic.p_value, claimed.pessimistic.p_value), few);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, context, j);
-  j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, averages, j)
+  j.settle_nees = std::isnan(j.effective_steps) ? settle_few(e, all, averages, j)
                                                 : settle(j.nees, false, j.effective_steps);
-  j.settle_nis = settle(j.nis, true, j.effective_steps);
+  const SquareCorrelation correlation = longest_correlation(j);
+  j.settle_nis =
+      settle(j.nis, correlation.known && correlation.of_sum == 1.0,
+             correlation.known ? static_cast<double>(j.nis.steps_tested) / correlation.of_sum : kNaN);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
   j.lost = lost_runs_of(e, context.run_names);
@@ -518,6 +588,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.tests = list_tests(e, j);
   if (!e.has_truth) leave_coloured_open(j);
   leave_rejected_open(e, j);
+  leave_failed_open(all, j);
   if (!fitted) j.causes = find_causes(findings_of(e, j));
   if (!context.copies.empty() && (is_inconsistent(j.word.verdict) || !j.causes.empty()))
     j.causes = {{Cause::shared_noise, context.copies}};

@@ -19,6 +19,8 @@
 #include "analysis/evidence/verdicts/truth_fit.h"
 #include "analysis/evidence/verdicts/word.h"
 #include "analysis/laws/correlation/error_correlation.h"
+#include "analysis/laws/correlation/modulation.h"
+#include "analysis/laws/correlation/square_correlation.h"
 #include "analysis/laws/correlation/whiteness.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/zero_mean.h"
@@ -63,7 +65,8 @@ struct SensorJudgement {
   WhitenessTest whiteness;
   ZeroMeanTest mean;  ///< of run means; of all values where there are too few runs (correlated_mean.h)
   ComponentTest components, pairs;        ///< each component, and every two of them (SensorSums::pairs)
-  double over_time_p_value = kNaN;        ///< of NIS of few runs (nis_over_time)
+  SquareCorrelation correlation;          ///< in time, of innovations that are not white
+  Modulation over_time;                   ///< of NIS of few runs (nis_over_time); `wave` in steps
   bool of_sum = false;                    ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
   GoodnessOfFit fit;                      ///< of NIS against χ²
   std::vector<std::int64_t> histogram;    ///< counts of F(NIS), equally likely bins

@@ -15,6 +15,7 @@
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/laws/sample_size.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -27,6 +28,24 @@ VerdictDesign design_of(const ConsistencyVerdict& v, double runs, bool white, do
           .confidence = v.confidence,
           .white = white,
           .effective_steps = white ? steps : effective};
+}
+
+/// A run's length over the correlation time within the runs, about their common mean; NaN where nothing
+/// varies.
+double effective_steps_within(std::span<const std::vector<double>> runs) {
+  if (runs.empty()) return kNaN;
+  std::size_t longest = 0;
+  for (const std::vector<double>& run : runs) longest = std::max(longest, run.size());
+  std::vector<std::vector<double>> series;
+  Moments all;
+  for (const std::vector<double>& run : runs) {
+    series.push_back(thinned(run, longest).values);
+    for (const double value : series.back()) all.add(value);
+  }
+  const std::vector<std::span<const double>> views(series.begin(), series.end());
+  const EffectiveSample sample = effective_sample(views, all.mean);
+  const double all_rows = static_cast<double>(all.count), all_runs = static_cast<double>(runs.size());
+  return sample.reason.empty() ? unbiased_size(all_rows, sample.correlation_time) / all_runs : kNaN;
 }
 
 /// By what factors P may be wrong for the averages of stretches or runs, whose mean at the level of the
@@ -65,8 +84,12 @@ SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_st
   return runs_to_settle(v, design_of(v, runs, white, effective_steps), runs, kSettlingPower);
 }
 
-SettlingRuns settle_unknown(const StudyStatistics& s, const SkewedMoments& stretches, const Judgement& j) {
-  SettlingRuns result = settle(j.nees, false, kNaN);
+SettlingRuns settle_few(const Evidence& e, const StudyStatistics& s, const SkewedMoments& stretches,
+                        const Judgement& j) {
+  SettlingRuns result = settle(j.nees, false, effective_steps_within(e.whole_runs.nees));
+  // Of fewer runs a P that is too large is tested by a bound that needs more of them (run_mean.h).
+  if (result.observed_factor < 1.0 && result.runs > 0)
+    result.runs = std::max(result.runs, StretchSums::kMostRuns + 1);
   const SkewedMoments& averages = stretches.count > 0 ? stretches : s.nees_of_runs.moments;
   if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
   const Moments plain{.count = averages.count, .mean = averages.mean, .m2 = averages.m2};
@@ -98,11 +121,11 @@ void leave_open(const Evidence& e, Judgement& j) {
   v.reason =
       stands ? fmt::format("in one run an error that {} {} rows cannot be told from a wrong P", does, rows)
       : rows == 1 ? "one row is too few to decide"
-                  : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
-                                rows, j.effective_steps);
+                  : fmt::format("one run of {} rows is worth {} independent ones, too few to decide", rows,
+                                number_text(j.effective_steps, 3));
   if (j.settle_nees.runs > 0) {
-    v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
-                            j.settle_nees.runs, j.settle_nees.observed_factor);
+    v.reason += fmt::format("; about {} runs like it would tell whether the factor {} seen is real",
+                            j.settle_nees.runs, number_text(j.settle_nees.observed_factor, 3));
   }
   for (BlockVerdict& block : j.blocks) {
     if (block.verdict.verdict != Verdict::consistent) continue;

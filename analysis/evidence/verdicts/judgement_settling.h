@@ -16,10 +16,10 @@ double effective_steps_of(const RunSums& runs, std::size_t steps);
 /// The runs that would decide, for values that are white or worth so many independent steps.
 SettlingRuns settle(const ConsistencyVerdict& verdict, bool white, double effective_steps);
 
-/// Of runs whose number of independent steps is not known: the steps alone tell something, and so do the
+/// Of runs that are too few to compare, or of different lengths: by the correlation within them, and by their
 /// averages as far as they scatter.
-SettlingRuns settle_unknown(const StudyStatistics& statistics, const SkewedMoments& stretches,
-                            const Judgement& judged);
+SettlingRuns settle_few(const Evidence& evidence, const StudyStatistics& statistics,
+                        const SkewedMoments& stretches, const Judgement& judged);
 
 /// Adds to the verdict what the course of one run in time says.
 void judge_single_run(const Evidence& evidence, Judgement& judged);

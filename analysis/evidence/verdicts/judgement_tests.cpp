@@ -9,6 +9,7 @@
 #include "analysis/laws/joint/multiple_tests.h"
 #include "core/append_item.h"
 #include "core/nan.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -16,8 +17,9 @@ namespace {
 NamedTest verdict_test(std::string name, const ConsistencyVerdict& v) {
   if (v.verdict == Verdict::undecided)
     return {std::move(name), Exactness::conservative, kNaN, kNaN, v.reason};
-  return {std::move(name), Exactness::conservative, v.p_value, kNaN,
-          fmt::format("mean {:.4g}, expected {:.4g}, {} tests", v.mean, v.expected, v.tests)};
+  return {
+      std::move(name), Exactness::conservative, v.p_value, kNaN,
+      fmt::format("mean {}, expected {}, {} tests", number_text(v.mean), number_text(v.expected), v.tests)};
 }
 
 /// A test with a reason where it was not made.
@@ -31,18 +33,18 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
   if (!alone) tests.push_back(verdict_test("NIS of " + s.name, s.nis));
   tests.push_back(reasoned_test(
       of_sensor(kNisBody, s), Exactness::conservative, s.fit.reason, s.fit.kolmogorov_p_value,
-      fmt::format("Kolmogorov-Smirnov D = {:.3g} of {} values", s.fit.kolmogorov, s.fit.count)));
+      fmt::format("Kolmogorov-Smirnov D = {} of {} values", number_text(s.fit.kolmogorov, 3), s.fit.count)));
   tests.push_back(reasoned_test(of_sensor(kNisTails, s), Exactness::approximate, s.fit.reason,
                                 s.fit.anderson_p_value,
-                                fmt::format("Anderson-Darling A² = {:.3g}", s.fit.anderson)));
-  tests.push_back(
-      reasoned_test(of_sensor(kWhiteness, s), Exactness::approximate, s.whiteness.reason, s.whiteness.p_value,
-                    fmt::format("portmanteau Q = {:.4g}, dof {:g}", s.whiteness.statistic, s.whiteness.dof)));
+                                fmt::format("Anderson-Darling A² = {}", number_text(s.fit.anderson, 3))));
+  tests.push_back(reasoned_test(
+      of_sensor(kWhiteness, s), Exactness::approximate, s.whiteness.reason, s.whiteness.p_value,
+      fmt::format("portmanteau Q = {}, dof {:g}", number_text(s.whiteness.statistic), s.whiteness.dof)));
   const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
   tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
-                                s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
-  if (!std::isnan(s.over_time_p_value)) {
-    tests.push_back({of_sensor(kNisOverTime, s), Exactness::approximate, s.over_time_p_value, kNaN,
+                                s.mean.p_value, fmt::format("largest {} σ", number_text(largest, 3))));
+  if (!std::isnan(s.over_time.p_value)) {
+    tests.push_back({of_sensor(kNisOverTime, s), Exactness::approximate, s.over_time.p_value, kNaN,
                      "waves and slow changes of its ranks"});
   }
   const auto add = [&](const char* name, const ComponentTest& test, const auto& says) {
@@ -52,12 +54,12 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
                                   says(test.components[static_cast<std::size_t>(test.worst)])));
   };
   add(kComponents, s.components, [&s](const ComponentVariance& worst) {
-    return fmt::format("{} squared is {:.3g} ({:.3g} … {:.3g}) times its S",
-                       component_name(s, s.components.worst), worst.mean, worst.lower, worst.upper);
+    return fmt::format("{} squared is {} ({} … {}) times its S", component_name(s, s.components.worst),
+                       number_text(worst.mean, 3), number_text(worst.lower, 3), number_text(worst.upper, 3));
   });
   add(kPairs, s.pairs, [&s](const ComponentVariance& worst) {
-    return fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", worst.mean, worst.lower,
-                       worst.upper, pair_name(s, s.pairs.worst));
+    return fmt::format("times {} ({} … {}) in the direction of {}", number_text(worst.mean, 3),
+                       number_text(worst.lower, 3), number_text(worst.upper, 3), pair_name(s, s.pairs.worst));
   });
 }
 
@@ -67,7 +69,7 @@ std::string tails_say(const GaussianityJudgement& g) {
       {"NEES", g.nees_tail_p_value}, {"NIS", g.nis_tail_p_value}, {"NIS far out", g.far_nis_p_value}};
   std::string text;
   for (const auto& [name, p_value] : made) {
-    if (!std::isnan(p_value)) append_item(text, fmt::format("{} p = {:.3g}", name, p_value));
+    if (!std::isnan(p_value)) append_item(text, fmt::format("{} p = {}", name, number_text(p_value, 3)));
   }
   return text;
 }
@@ -76,7 +78,8 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
   for (const SensorPairJudgement& pair : law.sensor_pairs) {
     tests.push_back(reasoned_test(
         pair_test(pair), Exactness::approximate, pair.correlation.reason, pair.correlation.p_value,
-        fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
+        fmt::format("largest {} of {} steps", number_text(pair.correlation.largest, 3),
+                    pair.correlation.values)));
   }
   const GaussianityJudgement& g = law.gaussianity;
   tests.push_back(reasoned_test(
@@ -88,22 +91,25 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
   tests.push_back(
       reasoned_test("second moments of the errors", Exactness::conservative, second.reason,
                     std::min(second.p_value.optimistic, second.p_value.pessimistic),
-                    fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", second.worst.mean,
-                                second.worst.lower, second.worst.upper, law.second_moments.worst)));
+                    fmt::format("times {} ({} … {}) in the direction of {}",
+                                number_text(second.worst.mean, 3), number_text(second.worst.lower, 3),
+                                number_text(second.worst.upper, 3), law.second_moments.worst)));
   const ZeroMeanTest& mean = law.error_mean.test;
-  tests.push_back(reasoned_test(
-      kErrorMean, Exactness::exact, mean.reason, mean.p_value,
-      mean.mean.size() > 0
-          ? fmt::format("largest {:.3g} σ, of {}", mean.mean.cwiseAbs().maxCoeff(), law.error_mean.largest)
-          : ""));
+  tests.push_back(
+      reasoned_test(kErrorMean, Exactness::exact, mean.reason, mean.p_value,
+                    mean.mean.size() > 0
+                        ? fmt::format("largest {} σ, of {}", number_text(mean.mean.cwiseAbs().maxCoeff(), 3),
+                                      law.error_mean.largest)
+                        : ""));
   const ShapeJudgement& shape = law.shape;
   const auto factor = [&](Index i) {
     const Vector& all = shape.shape.factors;
     return all.size() > 0 ? all[i < 0 ? all.size() - 1 : i] : kNaN;
   };
-  tests.push_back(reasoned_test("shape of P", Exactness::approximate, shape.reason, shape.p_value,
-                                fmt::format("factors {:.3g} to {:.3g} over the directions at step {}",
-                                            factor(0), factor(-1), shape.step)));
+  tests.push_back(
+      reasoned_test("shape of P", Exactness::approximate, shape.reason, shape.p_value,
+                    fmt::format("factors {} to {} over the directions at step {}", number_text(factor(0), 3),
+                                number_text(factor(-1), 3), shape.step)));
 }
 
 void list_errors(const Evidence& e, const Judgement& j, std::vector<NamedTest>& tests) {
@@ -113,17 +119,18 @@ void list_errors(const Evidence& e, const Judgement& j, std::vector<NamedTest>& 
     const double share = static_cast<double>(c.pooled.inside) / static_cast<double>(c.pooled.total);
     tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), Exactness::conservative,
                      c.p_value, kNaN,
-                     fmt::format("{:.4g} % inside, {:.4g} % expected", 100.0 * share, 100.0 * c.expected)});
+                     fmt::format("{} % inside, {} % expected", number_text(100.0 * share),
+                                 number_text(100.0 * c.expected))});
   }
   tests.push_back(reasoned_test(
       e.layout.blocks.empty() ? "credibility of P" : "credibility of P in " + e.layout.blocks.front().name,
       Exactness::approximate, j.credibility.reason, j.credibility.p_value,
-      fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
-                  j.credibility.inclination, j.credibility.noncredibility)));
-  tests.push_back(reasoned_test(kErrorCorrelation, Exactness::approximate, j.error_correlation.reason,
-                                j.error_correlation.p_value,
-                                fmt::format("largest {:.3g} at the last step, dof {:g}",
-                                            j.error_correlation.largest, j.error_correlation.dof)));
+      fmt::format("inclination {} dB at the last step, noncredibility {} dB",
+                  number_text(j.credibility.inclination, 3), number_text(j.credibility.noncredibility, 3))));
+  tests.push_back(reasoned_test(
+      kErrorCorrelation, Exactness::approximate, j.error_correlation.reason, j.error_correlation.p_value,
+      fmt::format("largest {} at the last step, dof {:g}", number_text(j.error_correlation.largest, 3),
+                  j.error_correlation.dof)));
 }
 
 }  // namespace

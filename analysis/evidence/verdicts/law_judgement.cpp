@@ -143,17 +143,6 @@ double too_large_p_value(std::span<const SkewedMoments> places) {
   return p_values.adjusted();
 }
 
-/// NIS / dof at each step where there is one, its mean over the runs.
-std::vector<double> normalised_nis(const SensorSums& sensor) {
-  std::vector<double> means;
-  for (const StepSums& step : sensor.nis) {
-    if (step.dof > 0)
-      means.push_back(step.value.mean * static_cast<double>(step.value.count) /
-                      static_cast<double>(step.dof));
-  }
-  return means;
-}
-
 /// Of components two by two, where S claims to know how they go together.
 std::span<const Moments> pairs_of(const SensorSums& sensor) {
   if (sensor.varies || sensor.sensor.variances_alone) return {};
@@ -199,6 +188,19 @@ struct MomentTests {
   }
 };
 
+/// Over the rows 1, 2 to 3, 4 to 7, … of each run: a wrong start hardly shows in all rows together.
+std::vector<SkewedMoments> averages_from_start(std::span<const std::vector<double>> runs) {
+  std::vector<SkewedMoments> averages;
+  for (const std::vector<double>& run : runs) {
+    std::size_t window = 0;
+    for (std::size_t row = 0; row < run.size(); row = 2 * row + 1, ++window) {
+      if (averages.size() <= window) averages.emplace_back();
+      averages[window].add(average_of(std::span(run).subspan(row, std::min(row + 1, run.size() - row))));
+    }
+  }
+  return averages;
+}
+
 /// Of a study of many runs: the units are these, and the runs at each step.
 MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
                             const SecondMomentJudgement& second) {
@@ -214,14 +216,18 @@ MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
   if (second.test.reason.empty()) tests.add(second.test.p_value);
   tests.p_values.add(step_profile_p_value(e.whole_runs.nees));
   const LeastPValue steps = least_run_mean_p_value(e.law.nis_at, 1.0, kFewestRuns);
-  if (steps.tests > 0) tests.p_values.add(of_skewed(steps.p_value * static_cast<double>(steps.tests)));
+  const LeastPValue start = least_run_mean_p_value(averages_from_start(e.whole_runs.nees), 1.0, kFewestRuns);
+  for (const LeastPValue& at_steps : {steps, start}) {
+    if (at_steps.tests > 0)
+      tests.p_values.add(of_skewed(at_steps.p_value * static_cast<double>(at_steps.tests)));
+  }
   return tests;
 }
 
 /// That each of the runs is as it is all along; Bonferroni over them.
 double modulation_of_runs(std::span<const std::vector<double>> runs) {
   SmallestPValue p_values;
-  for (const std::vector<double>& run : runs) p_values.add(modulation_p_value(run));
+  for (const std::vector<double>& run : runs) p_values.add(modulation(run).p_value);
   return p_values.adjusted();
 }
 
@@ -379,15 +385,25 @@ std::vector<NeesOverTime> nees_over_time(const Evidence& e) {
   return tested;
 }
 
-double nis_over_time(const SensorSums& sensor) {
+std::vector<double> normalised_nis(const SensorSums& sensor) {
+  std::vector<double> means;
+  for (const StepSums& step : sensor.nis) {
+    if (step.dof > 0)
+      means.push_back(step.value.mean * static_cast<double>(step.value.count) /
+                      static_cast<double>(step.dof));
+  }
+  return means;
+}
+
+Modulation nis_over_time(const SensorSums& sensor) {
   std::int64_t runs = 0;
   for (const StepSums& step : sensor.nis) runs = std::max(runs, step.value.count);
-  if (sensor.by_dimension.size() != 1 || runs >= kFewestRuns) return kNaN;
+  if (sensor.by_dimension.size() != 1 || runs >= kFewestRuns) return {};
   std::vector<double> means;
   for (const StepSums& step : sensor.nis) {
     if (step.value.count == runs) means.push_back(step.value.mean);
   }
-  return modulation_p_value(means);
+  return modulation(means);
 }
 
 SecondMoments moments_tested(const Evidence& e, const SecondMomentJudgement& judged) {

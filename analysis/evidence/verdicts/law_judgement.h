@@ -8,6 +8,7 @@
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/laws/correlation/block_correlation.h"
 #include "analysis/laws/correlation/error_modulation.h"
+#include "analysis/laws/correlation/modulation.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/mean/zero_mean.h"
@@ -107,10 +108,12 @@ struct LawJudgement {
   std::vector<SensorPairJudgement> sensor_pairs;
 };
 
-/// The p-value of "the NIS of this sensor do not go up and down in time" (modulation.h), which are white, by
-/// the steps that as many runs have as any. NaN of 20 runs and more, whose steps tell it, and of more than
-/// one dimension.
-double nis_over_time(const SensorSums& sensor);
+/// NIS / dof of this sensor at each step where there is one, its mean over the runs.
+std::vector<double> normalised_nis(const SensorSums& sensor);
+
+/// Whether the NIS of this sensor go up and down in time (modulation.h), if they are white, by the steps that
+/// as many runs have as any. NaNs of 20 runs and more, whose steps tell it, and of more than one dimension.
+Modulation nis_over_time(const SensorSums& sensor);
 
 /// Whether errors go up and down in time over their σ (error_modulation.h): of the run that speaks most,
 /// Bonferroni over the runs; `wave` in its rows.

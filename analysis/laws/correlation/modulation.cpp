@@ -10,7 +10,6 @@
 
 #include "analysis/laws/correlation/fourier.h"
 #include "analysis/laws/correlation/thinned_series.h"
-#include "core/nan.h"
 
 namespace credence::internal {
 namespace {
@@ -60,49 +59,67 @@ double total_of(std::span<const double> values) { return std::accumulate(values.
 /// That the mean of k exponential values is so many times that of n others, or more.
 double upper_f(double ratio, double k, double n) { return boost::math::ibeta(n, k, n / (n + k * ratio)); }
 
+/// Of the frequencies from the first to the last, from 1.
+struct FrequencyBand {
+  double p_value = 1.0;
+  std::size_t first = 1, last = 1;
+};
+
 /// Of every frequency and those around it, but for its neighbours, into which a wave reaches.
-double wave_p_value(std::span<const double> powers) {
+FrequencyBand wave_in(std::span<const double> powers) {
   std::vector<double> sums(powers.size() + 1, 0.0);
   std::partial_sum(powers.begin(), powers.end(), sums.begin() + 1);
   const auto between = [&](std::size_t from, std::size_t to) { return sums[to] - sums[from]; };
-  double least = 1.0;
+  FrequencyBand least;
   for (std::size_t j = 0; j < powers.size(); ++j) {
     const std::size_t from = std::min(j - std::min(j, kOnEachSide), powers.size() - 2 * kOnEachSide - 1);
     const std::size_t to = from + 2 * kOnEachSide + 1;
     const std::size_t own = j - std::min<std::size_t>(j, 1), end = std::min(j + 2, powers.size());
     const auto count = static_cast<double>(2 * kOnEachSide + 1 - (end - own));
     const double around = (between(from, to) - between(own, end)) / count;
-    least = std::min(least, upper_f(powers[j] / around, 1.0, count));
+    const double p = upper_f(powers[j] / around, 1.0, count);
+    if (p < least.p_value) least = {p, j + 1, j + 1};
   }
-  return std::min(1.0, least * static_cast<double>(powers.size()));
+  least.p_value = std::min(1.0, least.p_value * static_cast<double>(powers.size()));
+  return least;
 }
 
 /// Of the lowest frequencies and those above them.
-double slow_p_value(std::span<const double> powers) {
-  double least = 1.0, tests = 0.0;
+FrequencyBand slow_in(std::span<const double> powers) {
+  FrequencyBand least;
+  double tests = 0.0;
   for (const std::size_t k : {1U, 2U, 4U, 8U, 16U}) {
     const std::size_t above = 4 * k + 16;
     if (k + above > powers.size()) break;
     const auto slow = static_cast<double>(k), others = static_cast<double>(above);
     const double ratio = total_of(powers.first(k)) / slow / (total_of(powers.subspan(k, above)) / others);
-    least = std::min(least, upper_f(ratio, slow, others));
+    const double p = upper_f(ratio, slow, others);
+    if (p < least.p_value) least = {p, 1, k};
     tests += 1.0;
   }
-  return std::min(1.0, least * tests);
+  least.p_value = std::min(1.0, least.p_value * tests);
+  return least;
 }
 
 }  // namespace
 
-double modulation_p_value(std::span<const double> series) {
-  if (!std::ranges::all_of(series, [](double x) { return std::isfinite(x); })) return kNaN;
-  const std::vector<double> values = thinned(series).values;
-  if (values.size() < 2 * kFewestFrequencies) return kNaN;
-  const std::vector<double> ranks = ranks_of(std::span(values).first(quick_length(values.size())));
+Modulation modulation(std::span<const double> series) {
+  if (!std::ranges::all_of(series, [](double x) { return std::isfinite(x); })) return {};
+  const ThinnedSeries all = thinned(series);
+  if (all.values.size() < 2 * kFewestFrequencies) return {};
+  const auto values = std::span(all.values).first(quick_length(all.values.size()));
+  const std::vector<double> ranks = ranks_of(values);
   const bool varies = std::ranges::any_of(ranks, [](double rank) { return rank != 0.0; });
   std::vector<double> powers = periodogram(ranks);
-  if (!varies || powers.size() < kFewestFrequencies) return kNaN;
+  if (!varies || powers.size() < kFewestFrequencies) return {};
   whiten(ranks, powers);
-  return std::min(1.0, 2.0 * std::min(wave_p_value(powers), slow_p_value(powers)));
+  const FrequencyBand wave = wave_in(powers), slow = slow_in(powers),
+                      most = slow.p_value < wave.p_value ? slow : wave;
+  const std::vector<double> sizes = periodogram(values);
+  const double power = total_of(std::span(sizes).subspan(most.first - 1, most.last - most.first + 1));
+  return {.p_value = std::min(1.0, 2.0 * most.p_value),
+          .wave = all.rows_per_value * static_cast<double>(values.size()) / static_cast<double>(most.last),
+          .amplitude = 2.0 * std::sqrt(power) / std::abs(total_of(values))};
 }
 
 }  // namespace credence::internal

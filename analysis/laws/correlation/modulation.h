@@ -2,12 +2,20 @@
 
 #include <span>
 
+#include "core/nan.h"
+
 /// @file
 /// Whether the size of a series, as of the NEES or NIS of one run, goes up and down in time, in a wave or
 /// slowly: a P that is too small at some times and too large at others may be right on average, and its
 /// errors look like those of heavy tails.
 
 namespace credence::internal {
+
+struct Modulation {
+  double p_value = kNaN;
+  double wave = kNaN;       ///< values in a wave, or in the shortest of the slow ones, that speaks most
+  double amplitude = kNaN;  ///< of the series in them, over its mean
+};
 
 /// The p-value of "the series has no more of a wave, and of what is slow, than its short memory makes".
 ///
@@ -19,9 +27,9 @@ namespace credence::internal {
 /// K and 8 K + 32 dof, Bonferroni). Bonferroni over both. A regime that lasts for hardly longer than errors
 /// are correlated is taken for that.
 ///
-/// N is cut to a product of 2, 3 and 5; of a long series averages are looked at (thinned_series.h). NaN for
+/// N is cut to a product of 2, 3 and 5; of a long series averages are looked at (thinned_series.h). NaNs for
 /// fewer than 130 values, or some that are not finite, or all equal. Cost N log N. Measured levels are in
 /// docs/statistics.md.
-double modulation_p_value(std::span<const double> series);
+Modulation modulation(std::span<const double> series);
 
 }  // namespace credence::internal

@@ -167,6 +167,25 @@ void LagProducts::merge(const LagProducts& other) {
   invalid_ += other.invalid_;
 }
 
+LagProducts LagProducts::about(const Vector& mean) const {
+  std::vector<Matrix> products;
+  for (Index h = 0; h <= lags(); ++h)
+    products.emplace_back(product(h) - static_cast<double>(pairs(h)) * mean * mean.transpose());
+  return {products, pairs_, invalid_};
+}
+
+std::vector<Matrix> correlations_of(const LagProducts& products) {
+  std::vector<Matrix> correlations;
+  const Eigen::LLT<Matrix> factor(products.product(0));
+  if (factor.info() != Eigen::Success) return correlations;
+  const auto values = static_cast<double>(products.pairs(0));
+  for (Index h = 1; h <= products.lags() && products.pairs(h) > 0; ++h) {
+    const double per_pair = values / static_cast<double>(products.pairs(h));
+    correlations.emplace_back(per_pair * standardise(products.product(h), factor));
+  }
+  return correlations;
+}
+
 WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
   require_confidence(confidence);
   WhitenessTest result;

@@ -35,6 +35,9 @@ class LagProducts {
   /// Adds the sums of `other`; throws std::invalid_argument for another dimension or number of lags.
   void merge(const LagProducts& other);
 
+  /// The sums of the products about this mean, which all values have.
+  LagProducts about(const Vector& mean) const;
+
   Index dim() const { return dim_; }
   Index lags() const { return std::ssize(pairs_) - 1; }
   Matrix product(Index lag) const;
@@ -83,5 +86,9 @@ struct WhitenessTest {
 /// other: at 5 % it rejects 1.8 to 5.3 % of 16,000 single runs of 16 to 400 values (m = 1, 2, 4), over all 20
 /// lags 5.0 to 10.8 %. Lags without products are left out, with their dof.
 WhitenessTest test_whiteness(const LagProducts& products, double confidence);
+
+/// C_0^{-1/2} C_h C_0^{-1/2} of C_h, the average of u_k u_{k−h}ᵀ, at the lags h = 1, 2, … that have products;
+/// none where C_0 is singular.
+std::vector<Matrix> correlations_of(const LagProducts& products);
 
 }  // namespace credence::internal

@@ -3,24 +3,12 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
-#include <vector>
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
 namespace credence::internal {
 namespace {
-
-/// The products about this mean.
-LagProducts centred(const LagProducts& products, const Vector& mean) {
-  std::vector<Matrix> about;
-  std::vector<std::int64_t> pairs;
-  for (Index h = 0; h <= products.lags(); ++h) {
-    pairs.push_back(products.pairs(h));
-    about.emplace_back(products.product(h) - static_cast<double>(pairs.back()) * mean * mean.transpose());
-  }
-  return {about, pairs, products.invalid()};
-}
 
 /// The autocorrelation over the last quarter of the lags, on average.
 double last_correlation(const LagProducts& products) {
@@ -41,7 +29,7 @@ ZeroMeanTest test_correlated_mean(const VectorMoments& values, const LagProducts
   constexpr double kLasting = 0.15;  // where Ω would miss a third of the variance of the average
   ZeroMeanTest result = test_zero_mean(values);
   if (!result.reason.empty() || products.dim() != values.mean.size()) return result;
-  const LagProducts about = centred(products, values.mean);
+  const LagProducts about = products.about(values.mean);
   const WhitenessTest whiteness = test_whiteness(about, confidence);
   if (whiteness.white || !whiteness.reason.empty()) return result;
   result.t_square = result.p_value = kNaN;

@@ -9,7 +9,7 @@
 
 namespace credence::internal {
 
-ComponentTest test_components(std::span<const Moments> values, double confidence) {
+ComponentTest test_components(std::span<const Moments> values, double confidence, double correlation_time) {
   require_confidence(confidence);
   ComponentTest result;
   const bool some = std::ranges::any_of(values, [](const Moments& m) { return m.count > 0; });
@@ -24,7 +24,7 @@ ComponentTest test_components(std::span<const Moments> values, double confidence
     ComponentVariance& component = result.components.emplace_back();
     component.count = values[j].count;
     if (component.count == 0) continue;
-    const auto n = static_cast<double>(component.count);
+    const auto n = static_cast<double>(component.count) / correlation_time;
     component.mean = values[j].mean;
     component.lower = n * component.mean / chi_square_upper_quantile(tail, n);
     component.upper = n * component.mean / chi_square_quantile(tail, n);

@@ -36,7 +36,9 @@ struct ComponentTest {
 };
 
 /// values: the moments of ν_j²/S_jj over the steps, one for each component. A single component is no test
-/// beside that of NIS. Throws std::invalid_argument unless 0 < confidence < 1.
-ComponentTest test_components(std::span<const Moments> values, double confidence);
+/// beside that of NIS. Where steps are correlated in time N of them are taken as N/correlation_time
+/// (square_correlation.h). Throws std::invalid_argument unless 0 < confidence < 1.
+ComponentTest test_components(std::span<const Moments> values, double confidence,
+                              double correlation_time = 1.0);
 
 }  // namespace credence::internal

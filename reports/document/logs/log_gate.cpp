@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/document/logs/compare_means.h"
 #include "reports/document/logs/log_table.h"
@@ -38,6 +39,16 @@ std::string junit_case(const JunitCase& c) {
   if (c.skipped) return fmt::format("{}><skipped message=\"{}\"/></testcase>\n", begin, escape_html(c.says));
   if (c.failed) return fmt::format("{}><failure message=\"{}\"/></testcase>\n", begin, escape_html(c.says));
   return fmt::format("{}><system-out>{}</system-out></testcase>\n", begin, escape_html(c.says));
+}
+
+/// "212 of 300 runs failed; 3 of 4000 rows were rejected"; "" where all were judged.
+std::string not_judged(const Evidence& e) {
+  std::string text;
+  if (const auto failed = std::ssize(e.study.failures); failed > 0)
+    append_item(text, fmt::format("{} of {} runs failed", failed, e.study.runs), "; ");
+  if (const std::int64_t rejected = e.rejected_rows(); rejected > 0)
+    append_item(text, fmt::format("{} of {} rows were rejected", rejected, e.rows), "; ");
+  return text;
 }
 
 }  // namespace
@@ -151,6 +162,8 @@ std::string junit_xml(const CheckedLogs& logs, double confidence) {
     cases.push_back({"no worse than " + logs.gate->baseline, gate_sentence(*logs.gate),
                      !logs.gate->worse.empty(), logs.gate->worse.empty() && !compared(logs)});
   }
+  if (std::string lost = not_judged(logs.analysis.evidence); !lost.empty())
+    cases.push_back({"every run and row is judged", std::move(lost), true});
   for (const NamedTest& test : j.tests) {
     const bool rejects = test.adjusted <= 1.0 - confidence;
     cases.push_back({test.name,
@@ -198,6 +211,7 @@ std::string markdown_summary(const CheckedLogs& logs) {
   if (logs.gate) {
     text += gate_sentence(*logs.gate) + "\n\n";
   }
+  if (const std::string lost = not_judged(logs.analysis.evidence); !lost.empty()) bullets({lost + "."});
   bullets(advice_sentences(j));
   bullets(logs.factor_sentences());
   bullets(logs.all_remarks());

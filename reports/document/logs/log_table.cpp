@@ -45,7 +45,7 @@ std::string tests_of(const SensorJudgement& s) {
     return fmt::format("; of {} {}", what,
                        p(std::min(test.p_value.optimistic, test.p_value.pessimistic), ""));
   };
-  const double over_time = s.over_time_p_value;
+  const double over_time = s.over_time.p_value;
   return fmt::format(
       "{}: test of whiteness in time {}; of mean zero {}{}{}{}.", name,
       p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason),
@@ -67,10 +67,14 @@ void add_over_time(ReportTable& table, const Judgement& a) {
         "same.",
         nees.of.empty() ? "NEES" : "NEES of " + nees.of, p_value_statement(nees.p_value), nees.wave));
   }
-  const auto is_named = [&](const SensorJudgement& sensor) { return named(of_sensor("NIS", sensor)); };
-  if (std::ranges::any_of(a.sensors, is_named)) {
-    table.notes.emplace_back(
-        "At some times, at others: NIS goes up and down in time. Its mean may be right all the same.");
+  for (const SensorJudgement& sensor : a.sensors) {
+    const std::string nis = of_sensor("NIS", sensor);
+    if (!named(nis)) continue;
+    table.notes.push_back(
+        fmt::format("At some times, at others: {} goes up and down in time ({}), most in waves of about "
+                    "{:.0f} steps. Its "
+                    "mean may be right all the same.",
+                    nis, p_value_statement(sensor.over_time.p_value), sensor.over_time.wave));
   }
 }
 

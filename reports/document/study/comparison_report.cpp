@@ -21,6 +21,7 @@
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/verdict_text.h"
+#include "reports/figures/step_axis.h"
 #include "reports/render/json_numbers.h"
 
 namespace credence::internal {
@@ -55,6 +56,7 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   ComparedStudy study{.name = name,
                       .runs = j.at("runs").get<std::int64_t>(),
                       .verdict = j.at("verdict").get<std::string>(),
+                      .p_value = number(j.value("word", Json::object()), "p_value"),
                       .nees = mean_of(j, "nees"),
                       .nis = mean_of(j, "nis")};
   if (j.contains("vehicle_nees")) study.pose = mean_of(j, "vehicle_nees");
@@ -146,19 +148,35 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
   return table;
 }
 
-bool is_untrusted(const ComparedStudy& study) {
+bool is_untrusted_alone(const ComparedStudy& study) {
   return study.verdict == to_string(Verdict::optimistic) || study.verdict == to_string(Verdict::mixed);
 }
 
+/// Which are also when all are judged together (Holm).
+std::vector<std::string> untrusted_of(std::span<const ComparedStudy> studies, double confidence) {
+  std::vector<double> p_values;
+  for (const ComparedStudy& study : studies) p_values.push_back(study.p_value);
+  const std::vector<double> adjusted = holm(p_values);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    if (is_untrusted_alone(studies[i]) && !(adjusted[i] > 1.0 - confidence)) names.push_back(studies[i].name);
+  }
+  return names;
+}
+
+/// Over time where all studies tell it: their steps may be of different lengths.
 Panel over_steps(std::span<const ComparedStudy> studies, FigureText title,
                  std::vector<double> ComparedStudy::*ratios) {
-  Panel panel{.title = std::move(title), .x_label = "step", .y_label = "mean over dof"};
+  const bool timed = std::ranges::all_of(
+      studies, [&](const ComparedStudy& s) { return (s.*ratios).empty() || s.times != nullptr; });
+  const auto times_of = [timed](const ComparedStudy& s) { return timed ? s.times.get() : nullptr; };
+  Panel panel{.title = std::move(title), .x_label = timed ? "time (s)" : "step", .y_label = "mean over dof"};
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < studies.size(); ++i) {
     const std::vector<double>& values = studies[i].*ratios;
     if (values.empty()) continue;
     panel.series.push_back(line_series(studies[i].name, numbered_role(static_cast<Index>(i)),
-                                       index_axis(std::ssize(values)), values));
+                                       step_places(times_of(studies[i]), values.size()), values));
   }
   return panel;
 }
@@ -197,30 +215,43 @@ Figure comparison_figure(std::span<const ComparedStudy> studies, double confiden
   return figure;
 }
 
-ReportAnswer comparison_answer(std::span<const ComparedStudy> studies) {
-  std::vector<std::string> untrusted;
-  std::map<std::string, std::size_t> verdicts;
+/// |log| of the factor on P.
+double factor_distance(const ComparedStudy& study) { return std::abs(std::log(study.factor.mean)); }
+
+/// The one whose factor on P is nearest to 1, where no interval of another has a factor that is as near.
+const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies) {
   const ComparedStudy* nearest = nullptr;
-  const auto distance = [](const ComparedStudy& s) { return std::abs(std::log(s.factor.mean)); };
   for (const ComparedStudy& study : studies) {
-    if (is_untrusted(study)) untrusted.push_back(study.name);
-    ++verdicts[study.verdict];
-    if (!std::isfinite(distance(study))) continue;
-    if (nearest == nullptr || distance(study) < distance(*nearest)) nearest = &study;
+    if (!std::isfinite(factor_distance(study))) continue;
+    if (nearest == nullptr || factor_distance(study) < factor_distance(*nearest)) nearest = &study;
   }
+  if (nearest == nullptr) return nullptr;
+  const double as_near = std::exp(factor_distance(*nearest));
+  for (const ComparedStudy& study : studies) {
+    if (&study == nearest || !std::isfinite(factor_distance(study))) continue;
+    if (!(study.factor.lower > as_near || study.factor.upper < 1.0 / as_near)) return nullptr;
+  }
+  return nearest;
+}
+
+ReportAnswer comparison_answer(std::span<const ComparedStudy> studies, double confidence) {
+  const std::vector<std::string> untrusted = untrusted_of(studies, confidence);
   ReportAnswer answer{.tone = CellTone::alarm,
                       .text = fmt::format("{} of {} cannot be trusted: {}", untrusted.size(), studies.size(),
                                           fmt::join(untrusted, ", "))};
   if (untrusted.empty()) {
-    const bool all_consistent = verdicts[std::string(to_string(Verdict::consistent))] == studies.size();
+    std::map<std::string, std::size_t> verdicts;
+    for (const ComparedStudy& study : studies) ++verdicts[study.verdict];
     std::string counts;
-    for (const auto& [verdict, count] : verdicts) {
-      if (count > 0) append_item(counts, fmt::format("{} {}", count, verdict));
-    }
+    for (const auto& [verdict, count] : verdicts) append_item(counts, fmt::format("{} {}", count, verdict));
+    const bool all_consistent =
+        verdicts.size() == 1 && verdicts.begin()->first == to_string(Verdict::consistent);
+    const bool some_alone = std::ranges::any_of(studies, is_untrusted_alone);
     answer = {all_consistent ? CellTone::good : CellTone::caution,
-              fmt::format("Of {} results none is called optimistic: {}", studies.size(), counts)};
+              fmt::format("Of {} results{} none is called optimistic: {}", studies.size(),
+                          some_alone ? ", taken together," : "", counts)};
   }
-  if (nearest != nullptr) {
+  if (const ComparedStudy* const nearest = nearest_of(studies)) {
     answer.text += fmt::format("; nearest to right: {}, factor on P {}", nearest->name,
                                number_text(nearest->factor.mean, 3));
   }
@@ -309,6 +340,7 @@ ComparedStudy compared(const StudyAnalysis& a) {
   ComparedStudy study{.name = a.scenario.name,
                       .runs = a.statistics.runs,
                       .verdict = std::string(to_string(overall_verdict(a))),
+                      .p_value = a.stop ? a.stop->p_value : a.word.p_value,
                       .factor = a.nees.factor,
                       .nees = mean_of(a.nees),
                       .nis = mean_of(a.nis),
@@ -319,6 +351,7 @@ ComparedStudy compared(const StudyAnalysis& a) {
   if (a.statistics.failures.empty()) study.nees_of_runs = a.statistics.nees_of_runs.first;
   study.nees_of_steps = ratios_of(a.nees);
   study.nis_of_steps = ratios_of(a.nis);
+  study.times = a.nees.times;
   return study;
 }
 
@@ -369,7 +402,7 @@ std::vector<std::optional<RunDifference>> differences_from_first(std::span<const
 
 Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence) {
   Document document("Results side by side", fmt::format("{} results, compared by Credence", studies.size()));
-  document.answer = comparison_answer(studies);
+  document.answer = comparison_answer(studies, confidence);
   document.json = [studies, confidence] { return comparison_json(studies, confidence); };
 
   ReportTable table = comparison_table(studies, confidence);

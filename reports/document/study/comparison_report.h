@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "analysis/calibration/calibration.h"
 #include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/verdicts/step_times.h"
 #include "core/nan.h"
 #include "reports/document/document.h"
 #include "reports/render/json_numbers.h"
@@ -28,6 +30,7 @@ struct ComparedStudy {
   std::string name;
   std::int64_t runs = 0;
   std::string verdict;
+  double p_value = kNaN;  ///< of the word; NaN where not known
   MeanInterval factor{};  ///< on P; mean NaN where not known
   ComparedMean nees{};
   std::optional<ComparedMean> pose{};
@@ -38,6 +41,7 @@ struct ComparedStudy {
   std::vector<double>
       nees_of_runs{};  ///< NEES over its dof, run by run; empty where not known, or a run failed
   std::vector<double> nees_of_steps{}, nis_of_steps{};  ///< mean over expected value; empty where not known
+  std::shared_ptr<const StepTimes> times{};             ///< of those; null where not known
   UnitFactors units{};  ///< of logs: the factors on P of parts of the state, paired by the names of files
   std::string cell{};   ///< of a configuration of a sweep: its swept values; else empty
   std::int64_t of_sweep = 0;  ///< which of the results it is of

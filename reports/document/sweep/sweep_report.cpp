@@ -74,16 +74,11 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
   csv.commit();
 }
 
-bool stands(const StudyAnalysis& analysis, double sweep_p_value) {
-  return is_inconsistent(overall_verdict(analysis)) &&
-         sweep_p_value <= 1.0 - analysis.scenario.study.confidence;
-}
-
 std::string family_note(const SweepAnalysis& sweep) {
   std::size_t alone = 0, together = 0;
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     alone += is_inconsistent(overall_verdict(sweep.studies[i])) ? 1 : 0;
-    together += stands(sweep.studies[i], sweep.p_values[i]) ? 1 : 0;
+    together += sweep.stands(i) ? 1 : 0;
   }
   return fmt::format(
       "stands: inconsistent also when all configurations are judged together. {} are inconsistent alone, {} "
@@ -148,12 +143,15 @@ ReportAnswer one_configuration(Verdict verdict, std::size_t unsafe, std::size_t 
 }
 
 ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
-  std::size_t unsafe = 0, pessimistic = 0, consistent = 0, failing = 0;
+  std::size_t unsafe = 0, pessimistic = 0, consistent = 0, failing = 0, alone = 0;
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const Verdict verdict = overall_verdict(sweep.studies[i]);
     consistent += verdict == Verdict::consistent ? 1 : 0;
     failing += sweep.studies[i].statistics.failures.empty() ? 0 : 1;
-    if (!stands(sweep.studies[i], sweep.p_values[i])) continue;
+    if (!sweep.stands(i)) {
+      alone += is_inconsistent(verdict) ? 1 : 0;
+      continue;
+    }
     (verdict_cell(verdict).tone == CellTone::alarm ? unsafe : pessimistic) += 1;
   }
   const std::size_t n = sweep.studies.size(), best = best_study(sweep);
@@ -165,6 +163,7 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
                   n < asked ? fmt::format("Of the {} of {} configurations that have results so far", n, asked)
                             : fmt::format("Of {} configurations", n),
                   unsafe, pessimistic, pessimistic == 1 ? "is" : "are", consistent);
+  if (alone > 0) counts += fmt::format(", {} inconsistent alone but not among so many", alone);
   if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
   if (best == n) return {CellTone::alarm, counts};
   return {unsafe + failing > 0 ? CellTone::caution : CellTone::good,
@@ -192,10 +191,9 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
     const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;
     for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(swept_text(value));
-    row.insert(row.end(),
-               {verdict_cell(overall_verdict(a)),
-                stands(a, sweep.p_values[i]) ? TableCell("stands") : TableCell("–", CellTone::muted),
-                against_expected(a.nees)});
+    row.insert(row.end(), {verdict_cell(overall_verdict(a)),
+                           sweep.stands(i) ? TableCell("stands") : TableCell("–", CellTone::muted),
+                           against_expected(a.nees)});
     if (has_pose) row.push_back(a.vehicle_nees ? part_cell(*a.vehicle_nees) : TableCell("–"));
     row.insert(row.end(),
                {part_cell(a.nis), a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),

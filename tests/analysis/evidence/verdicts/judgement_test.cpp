@@ -501,6 +501,22 @@ TEST(Judgement, RowsThatAreRejectedLeaveTheWordOpen) {
             "the others do not speak for them");
 }
 
+TEST(Judgement, RunsThatFailedLeaveTheWordOpen) {
+  const auto with_failures = [](std::int64_t failed, double size) {
+    Evidence e = with_rejected_rows(1000, size);
+    for (std::int64_t run = 0; run < failed; ++run)
+      e.study.failures.push_back({.run = run, .step = 30, .outcome = Outcome::diverged});
+    return judge(e);
+  };
+  EXPECT_EQ(with_failures(1, 1.0).word.verdict, Verdict::consistent) << "5 % are told beside it";
+  const Judgement many = with_failures(2, 1.0);
+  EXPECT_EQ(many.word.verdict, Verdict::undecided);
+  EXPECT_EQ(many.nees.reason, "2 of 20 runs failed, and the others do not speak for them");
+  EXPECT_EQ(with_failures(2, 0.5).word.verdict, Verdict::undecided) << "not pessimistic either";
+  EXPECT_EQ(with_failures(2, 2.0).word.verdict, Verdict::optimistic);
+  EXPECT_EQ(with_failures(20, 1.0).nees.reason, "20 of 20 runs failed");
+}
+
 /// Of an exact filter, whose two states oscillate undamped with a period of 50 rows.
 Evidence oscillating(int runs, std::int64_t rows, unsigned seed) {
   std::mt19937_64 random(seed);
@@ -807,6 +823,29 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
       << coloured.nees.reason;
 }
 
+// 3 runs of 60 rows cannot be compared; were one row of each all that they tell, it took some 200 runs.
+TEST(Judgement, WhatFewRunsWouldTellIsByTheCorrelationWithinThem) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  EvidenceRecorder recorder({.states = {"a", "b"}, .angles = {false, false}});
+  Step step;
+  step.states = {0, 1};
+  step.P = Matrix::Identity(2, 2);
+  for (int run = 0; run < 3; ++run) {
+    recorder.begin_run();
+    Vector u{{normal(random), normal(random)}};
+    for (step.step = 1; step.step <= 60; ++step.step) {
+      for (double& x : u) x = 0.6 * x + 0.8 * normal(random);
+      step.error = std::sqrt(1.15) * u;
+      recorder.add(step);
+    }
+  }
+  const Judgement j = judge(recorder.take());
+  EXPECT_EQ(j.nees.verdict, Verdict::consistent);
+  EXPECT_GE(j.settle_nees.runs, 4) << j.settle_nees.observed_factor;
+  EXPECT_LE(j.settle_nees.runs, 60) << j.settle_nees.observed_factor;
+}
+
 /// Innovations of two components of so many runs, one of 2,000 rows and the others of 1,600, of which every
 /// variance is so many times what S says and each is correlated with the one before it.
 Judgement innovations_over_time(int runs, double correlation, double (*factor)(std::int64_t)) {
@@ -847,7 +886,7 @@ TEST(Judgement, AnSThatIsTooSmallAtSomeTimesAndTooLargeAtOthersIsMixed) {
 TEST(Judgement, AnSThatIsTooLargeAtAllTimesIsNotTooSmallAtSome) {
   const auto wave = [](std::int64_t k) { return 0.1 + 0.07 * std::sin(0.05 * static_cast<double>(k)); };
   const Judgement j = innovations_over_time(1, 0.0, wave);
-  EXPECT_LE(j.sensors.front().over_time_p_value, 1e-6);
+  EXPECT_LE(j.sensors.front().over_time.p_value, 1e-6);
   EXPECT_EQ(j.word.verdict, Verdict::pessimistic) << j.word.says;
 }
 
@@ -856,9 +895,47 @@ TEST(Judgement, NisOverTimeIsTestedOfFewRunsOfWhiteInnovations) {
   const auto right = [](std::int64_t) { return 1.0; };
   const Judgement of_one = innovations_over_time(1, 0.0, right);
   EXPECT_EQ(of_one.word.verdict, Verdict::consistent);
-  EXPECT_GT(of_one.sensors.front().over_time_p_value, 0.01);
-  EXPECT_TRUE(std::isnan(innovations_over_time(20, 0.0, right).sensors.front().over_time_p_value));
-  EXPECT_TRUE(std::isnan(innovations_over_time(1, 0.6, right).sensors.front().over_time_p_value));
+  EXPECT_GT(of_one.sensors.front().over_time.p_value, 0.01);
+  EXPECT_TRUE(std::isnan(innovations_over_time(20, 0.0, right).sensors.front().over_time.p_value));
+  EXPECT_TRUE(std::isnan(innovations_over_time(1, 0.6, right).sensors.front().over_time.p_value));
+}
+
+// S is too small on average, and too large in every second regime.
+TEST(Judgement, WhichSidesNisOverTimeHasIsToldByItsSizeAndNotByItsSteps) {
+  const auto regimes = [](std::int64_t k) { return k / 250 % 2 == 0 ? 0.5 : 1.7; };
+  const Judgement j = innovations_over_time(5, 0.0, regimes);
+  EXPECT_EQ(j.nis.verdict, Verdict::optimistic);
+  EXPECT_EQ(j.word.verdict, Verdict::mixed) << j.word.says;
+}
+
+// S is right, and so is no direction; the sum of NIS varies by 1.81/0.19 = 9.5 times as much as of white
+// ones.
+TEST(Judgement, ARightSizeOfCorrelatedInnovationsIsNeitherTooLargeNorTooSmall) {
+  const auto right = [](std::int64_t) { return 1.0; };
+  for (const int runs : {1, 5, 30}) {
+    const Judgement j = innovations_over_time(runs, 0.9, right);
+    const SensorJudgement& sensor = j.sensors.front();
+    EXPECT_NEAR(sensor.correlation.of_sum, 9.5, 2.5) << runs;
+    EXPECT_EQ(sensor.nis.verdict, Verdict::consistent) << runs << ' ' << sensor.nis.p_value;
+    EXPECT_EQ(j.word.verdict, Verdict::undecided) << runs;
+    EXPECT_LT(j.scale_innovation.lower, 1.0) << runs;
+    EXPECT_GT(j.scale_innovation.upper, 1.0) << runs;
+  }
+  // Correlated over more steps than are looked at: stretches of the run, which are too short in the second.
+  const Judgement lasting = innovations_over_time(30, 0.99, right);
+  EXPECT_FALSE(lasting.sensors.front().correlation.known);
+  EXPECT_EQ(lasting.sensors.front().nis.verdict, Verdict::consistent);
+  EXPECT_FALSE(lasting.sensors.front().components.reason.empty());
+  EXPECT_FALSE(lasting.scale_innovation.reason.empty());
+}
+
+TEST(Judgement, AWrongSizeOfCorrelatedInnovationsIsStillSeen) {
+  for (const double correlation : {0.6, 0.9}) {
+    const auto small = [](std::int64_t) { return 2.0; };
+    EXPECT_EQ(innovations_over_time(1, correlation, small).word.verdict, Verdict::optimistic);
+    const auto large = [](std::int64_t) { return 0.5; };
+    EXPECT_EQ(innovations_over_time(1, correlation, large).word.verdict, Verdict::pessimistic);
+  }
 }
 
 /// Innovations of three components, the first and the last of which are correlated, S = I.

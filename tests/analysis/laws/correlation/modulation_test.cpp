@@ -33,7 +33,7 @@ int rejected(int studies, int steps, double phi, double dof_of_t, const std::fun
   int count = 0;
   for (int i = 0; i < studies; ++i)
     count +=
-        modulation_p_value(squares(static_cast<std::uint64_t>(i), steps, phi, dof_of_t, of_step)) <= 0.05;
+        modulation(squares(static_cast<std::uint64_t>(i), steps, phi, dof_of_t, of_step)).p_value <= 0.05;
   return count;
 }
 
@@ -62,16 +62,26 @@ TEST(Modulation, AWaveAndAStepAreSeen) {
   }
 }
 
+// A wave of 0.7 in 200 values, and one in all of them, that no single frequency of the others comes near.
+TEST(Modulation, TellsTheWaveAndItsSize) {
+  for (const double period : {200.0, 2000.0}) {
+    const auto wave = [period](int k) { return 1.0 + 0.7 * std::sin(2.0 * std::numbers::pi * k / period); };
+    const Modulation found = modulation(squares(5, 2000, 0.0, 0.0, wave));
+    EXPECT_DOUBLE_EQ(found.wave, period);
+    EXPECT_NEAR(found.amplitude, 0.7, 0.12) << period;
+  }
+}
+
 TEST(Modulation, IsOfEveryScaleAndNoneOfFewOrEqualValues) {
   const std::vector<double> values = squares(1, 300, 0.3, 5.0, [](int) { return 1.0; });
   std::vector<double> scaled = values;
   for (double& x : scaled) x = 7.0 * x * x;
-  EXPECT_EQ(modulation_p_value(scaled), modulation_p_value(values));
-  EXPECT_TRUE(std::isnan(modulation_p_value(std::vector<double>(300, 2.0))));
-  EXPECT_TRUE(std::isnan(modulation_p_value(std::span(values).first(120))));
-  EXPECT_TRUE(std::isnan(modulation_p_value({})));
+  EXPECT_EQ(modulation(scaled).p_value, modulation(values).p_value);
+  EXPECT_TRUE(std::isnan(modulation(std::vector<double>(300, 2.0)).p_value));
+  EXPECT_TRUE(std::isnan(modulation(std::span(values).first(120)).p_value));
+  EXPECT_TRUE(std::isnan(modulation({}).p_value));
   scaled[7] = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(std::isnan(modulation_p_value(scaled)));
+  EXPECT_TRUE(std::isnan(modulation(scaled).p_value));
 }
 
 }  // namespace

@@ -34,6 +34,15 @@ TEST(ComponentVariances, AreTheQuantilesOfChiSquare) {
   EXPECT_NEAR(test_components(small, 0.95).p_value.pessimistic, 2.0 * 3.0 * 0.01, 1e-6);
 }
 
+// Sixty steps that are worth twenty.
+TEST(ComponentVariances, CorrelatedStepsAreWorthFewer) {
+  const std::vector<Moments> values = {moments_of(60, 37.56623 / 20.0), moments_of(60, 1.0)};
+  const ComponentTest test = test_components(values, 0.95, 3.0);
+  EXPECT_NEAR(test.components[0].p_value.optimistic, 2.0 * 0.01, 1e-7);
+  EXPECT_NEAR(test.components[1].upper, 20.0 / 9.59078, 1e-6);
+  EXPECT_EQ(test.components[1].count, 60);
+}
+
 TEST(ComponentVariances, OfFactorsBeyondArithmeticTheLargestIsTheWorst) {
   const std::vector<Moments> values = {moments_of(5000, 100.0), moments_of(5000, 3000.0)};
   const ComponentTest test = test_components(values, 0.95);

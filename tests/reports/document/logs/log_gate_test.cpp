@@ -245,6 +245,22 @@ TEST(JunitXml, FailuresAreThereExactlyWhereTheCheckFails) {
   EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"4\" failures=\"0\" errors=\"0\" skipped=\"2\""));
 }
 
+// A consistent word over what is left is no success of the filter.
+TEST(JunitXml, RunsAndRowsThatWereNotJudgedFail) {
+  CheckedLogs logs = checked(factors_of({}));
+  logs.analysis.judgement.word.verdict = Verdict::consistent;
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"1\" failures=\"0\""));
+  Evidence& e = logs.analysis.evidence;
+  e.study.runs = 30;
+  e.study.failures = {{.run = 3, .step = 7, .outcome = Outcome::diverged}};
+  e.rows = 4000;
+  e.rejected["P has a negative variance"] = {.count = 2, .first = "a.csv:9"};
+  const char* const says = "1 of 30 runs failed; 2 of 4000 rows were rejected";
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"2\" failures=\"1\""));
+  EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr(says));
+  EXPECT_THAT(markdown_summary(logs), HasSubstr(says));
+}
+
 TEST(MarkdownSummary, ABarInANameDoesNotEndItsCell) {
   CheckedLogs logs = checked(factors_of({}));
   BlockSums& sums = logs.analysis.evidence.blocks.emplace_back();

@@ -194,13 +194,17 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
   j.nees_over_time = {{{1e-5, 187.0, 0.5}, ""}, {{0.25, 20.0, 0.1}, "vehicle"}};
   j.sensors.resize(1);
   j.sensors[0].name = "gps";
+  j.sensors[0].over_time = {.p_value = 0.001, .wave = 250.0, .amplitude = 0.5};
   j.word.named = {"NEES at some times", "NIS of gps at others"};
   const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
   EXPECT_THAT(notes,
               Contains("At some times, at others: NEES goes up and down in time by more than the memory "
                        "of the errors makes (p = 1.00e−5), most in waves of about 187 rows. Its mean "
                        "may be right all the same."));
-  EXPECT_THAT(notes, Contains(HasSubstr("at others: NIS goes up and down in time.")));
+  EXPECT_THAT(
+      notes,
+      Contains("At some times, at others: NIS of gps goes up and down in time (p = 0.00100), most in waves "
+               "of about 250 steps. Its mean may be right all the same."));
   EXPECT_THAT(notes, Not(Contains(HasSubstr("NEES of vehicle goes"))));
   EXPECT_THAT(log_statistics(j),
               Contains("NEES that goes up and down in time, beyond the memory of the errors: p "
@@ -218,7 +222,7 @@ TEST(LogTable, ATinyPValueIsNoEquation) {
   judgement.sensors[0].mean.p_value = 0.25;
   EXPECT_THAT(log_statistics(judgement),
               Contains("gps: test of whiteness in time p < 1e−12; of mean zero p = 0.250."));
-  judgement.sensors[0].over_time_p_value = 1e-20;
+  judgement.sensors[0].over_time.p_value = 1e-20;
   EXPECT_THAT(log_statistics(judgement),
               Contains(::testing::EndsWith("; of NIS that goes up and down in time p < 1e−12.")));
 }

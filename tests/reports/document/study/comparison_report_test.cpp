@@ -104,13 +104,13 @@ TEST(Comparison, DocumentsAreReadAndOthersRefused) {
 std::vector<ComparedStudy> two_studies() {
   return {{.name = "plain",
            .verdict = "optimistic",
-           .factor = {.mean = 1.5},
+           .factor = {.mean = 1.5, .lower = 1.3, .upper = 1.7},
            .noise = "w",
            .nees_of_runs = {1.4, 1.5, 1.6},
            .nees_of_steps = {1.0, 1.5, 2.0}},
           {.name = "cautious",
            .verdict = "consistent",
-           .factor = {.mean = 0.95},
+           .factor = {.mean = 0.95, .lower = 0.9, .upper = 1.0},
            .noise = "w",
            .nees_of_runs = {0.9, 0.95, 1.0},
            .nees_of_steps = {1.0, 0.95, 0.9}}};
@@ -136,6 +136,25 @@ TEST(Comparison, AnswersWhoIsNotToBeTrustedAndWhoIsNearest) {
   EXPECT_EQ(answer_of_unknown().tone, CellTone::caution) << "nobody has called the second right";
 }
 
+// One of twelve exact filters is called wrong in half of all comparisons.
+TEST(Comparison, WhoIsNotToBeTrustedIsSoAmongAllThatAreCompared) {
+  std::vector<ComparedStudy> studies(
+      12, {.name = "a", .verdict = "consistent", .p_value = 0.5, .factor = {.mean = kNaN}});
+  studies[3].verdict = "optimistic";
+  studies[3].p_value = 0.01;
+  const auto answer = [&] { return comparison_document(studies, 0.95).answer.text; };
+  EXPECT_EQ(answer(),
+            "Of 12 results, taken together, none is called optimistic: 11 consistent, 1 optimistic");
+  studies[3].p_value = 0.001;
+  EXPECT_EQ(answer(), "1 of 12 cannot be trusted: a");
+}
+
+TEST(Comparison, NearestIsWhoseFactorNoOtherMayCome) {
+  std::vector<ComparedStudy> studies = two_studies();
+  studies[0].factor = {.mean = 1.1, .lower = 1.04, .upper = 1.2};
+  EXPECT_EQ(comparison_document(studies, 0.95).answer.text, "1 of 2 cannot be trusted: plain");
+}
+
 // Two logs against the first, one part each: both are twice as improbable as alone.
 TEST(Comparison, ChangesOfFactorsAreAdjustedForAllLogs) {
   const auto log = [](const std::string& name, std::vector<double> factors) {
@@ -157,6 +176,24 @@ TEST(Comparison, ChangesOfFactorsAreAdjustedForAllLogs) {
   EXPECT_NEAR(std::min(both[0], both[1]), 2.0 * std::min(of_second, of_third), 1e-15);
   EXPECT_GE(both[0], of_second);
   EXPECT_GE(both[1], of_third);
+}
+
+// A step of 0.1 s beside one of 0.5 s, or beside one of no time.
+TEST(Comparison, CurvesAreOverTimeWhereAllStudiesTellIt) {
+  std::vector<ComparedStudy> studies = two_studies();
+  const auto curves = [&] {
+    const Document document = comparison_document(studies, 0.95);
+    for (const DocumentPart& part : document.parts()) {
+      if (const auto* figure = std::get_if<part::DrawnFigure>(&part)) return figure->make().panels.at(0);
+    }
+    return Panel{};
+  };
+  studies[0].times = StepTimes::every(0.1);
+  EXPECT_EQ(curves().x_label.text, "step");
+  EXPECT_EQ(curves().series.at(1).x, (FigureData{1.0, 2.0, 3.0}));
+  studies[1].times = StepTimes::every(0.5);
+  EXPECT_EQ(curves().x_label.text, "time (s)");
+  EXPECT_EQ(curves().series.at(2).x, (FigureData{0.5, 1.0, 1.5}));
 }
 
 TEST(Comparison, ThePageHasTheTableAndTheCurvesThatAreKnown) {

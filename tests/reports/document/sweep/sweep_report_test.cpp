@@ -84,6 +84,23 @@ TEST(SweepDocument, AConfigurationWithFailedRunsIsCountedAndNotNearestToRight) {
   EXPECT_EQ(answer.tone, CellTone::alarm);
 }
 
+// What is inconsistent by itself and by chance among so many is no reason to fail.
+TEST(SweepDocument, AConfigurationThatDoesNotStandIsCountedAsThat) {
+  SweepAnalysis sweep = sweep_of(3);
+  for (StudyAnalysis& study : sweep.studies) study.word.verdict = Verdict::consistent;
+  sweep.studies[1].word.verdict = Verdict::optimistic;
+  sweep.p_values[1] = 0.2;
+  EXPECT_FALSE(sweep.stands(1));
+  EXPECT_THAT(
+      sweep_document(sweep).answer.text,
+      testing::HasSubstr("0 cannot be trusted, 0 are pessimistic, 2 consistent, 1 inconsistent alone but "
+                         "not among so many"));
+  sweep.p_values[1] = 0.04;
+  EXPECT_TRUE(sweep.stands(1));
+  EXPECT_FALSE(sweep.stands(0));
+  EXPECT_THAT(sweep_document(sweep).answer.text, testing::HasSubstr("1 cannot be trusted"));
+}
+
 TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
   const Document document = sweep_document(sweep_of(1));
   const auto& table = std::get<ReportTable>(document.brief.front());
