@@ -28,6 +28,7 @@ constexpr CauseRule kRules[] = {
     {find_bias, true},
     {find_inflation, false},
     {find_dropped_cross_covariance, true},
+    {find_opposed_components, true},
     {find_wrong_component, true},
     {find_wrong_pair, true},
     {find_wrong_before_innovations, true},
@@ -37,8 +38,10 @@ constexpr CauseRule kRules[] = {
     {find_start_that_dies_out, true},
     {find_start_beside_the_rest, true},
     {find_wrong_noise, true},
+    {find_error_of_truth, true},
     {find_linearisation, true},
     {find_wrong_by_claimed_sigma, true},
+    {find_constant_offset, true},
     {find_wrong_dof, true},
     {find_noise_by_errors, true},
     {find_joint_inconsistency, true},
@@ -99,6 +102,8 @@ std::string_view to_string(Cause cause) {
     case Cause::process_noise_too_large: return "process noise Q assumed too large";
     case Cause::measurement_noise_too_small: return "measurement noise R assumed too small";
     case Cause::measurement_noise_too_large: return "measurement noise R assumed too large";
+    case Cause::measurement_noise_of_components:
+      return "measurement noise R assumed too small in some components and too large in others";
     case Cause::process_or_measurement_noise:
       return "process or measurement noise; the innovations cannot tell which";
     case Cause::coloured_noise: return "noise that is correlated in time";
@@ -106,6 +111,7 @@ std::string_view to_string(Cause cause) {
     case Cause::sequential_sensors:
       return "innovations of several sensors that were all computed from the same prior, or noise that these "
              "share";
+    case Cause::truth: return "an error of the truth: its noise, its time or its place";
     case Cause::heavy_tails: return "errors that are not Gaussian, with heavy tails; the covariance is right";
     case Cause::wrong_dof: return "a wrong number of degrees of freedom";
     case Cause::linearisation:
@@ -132,7 +138,7 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
     found.insert(found.end(), more.begin(), more.end());
   }
   if (!found.empty() && takes_the_rest_for_granted(found.front().cause))
-    found.front().why += untested_in_few_runs(findings);
+    found.front().why += short_delay(findings) + untested_causes(findings);
   return found;
 }
 

@@ -31,15 +31,17 @@ enum class Cause {
   process_or_measurement_noise,  ///< one of them; the innovations cannot tell which
   coloured_noise,                ///< innovations of the right size but not white
   cross_covariance,  ///< where P has none errors are correlated, or no block is inconsistent and the whole is
-  sequential_sensors,              ///< innovations of several sensors, all taken against one prior
-  heavy_tails,                     ///< the covariance is right, the law is not Gaussian
-  wrong_dof,                       ///< the spread of NEES is that of another number of dof
-  linearisation,                   ///< a nonlinear filter gains information that is not there
-  linearisation_or_bias,           ///< a single run, in which a bias cannot be told from an error that stays
-  process_noise_or_linearisation,  ///< steps without an innovation make the errors too large for P
-  claimed_sigma,                   ///< P is too small in some rows and too large in others, by its σ
-  covariance_scale,                ///< P is wrong by a factor, and nothing tells why
-  inflation,                       ///< the filter inflates its covariance on purpose
+  sequential_sensors,               ///< innovations of several sensors, all taken against one prior
+  heavy_tails,                      ///< the covariance is right, the law is not Gaussian
+  wrong_dof,                        ///< the spread of NEES is that of another number of dof
+  linearisation,                    ///< a nonlinear filter gains information that is not there
+  linearisation_or_bias,            ///< a single run, in which a bias cannot be told from an error that stays
+  process_noise_or_linearisation,   ///< steps without an innovation make the errors too large for P
+  claimed_sigma,                    ///< P is too small in some rows and too large in others, by its σ
+  covariance_scale,                 ///< P is wrong by a factor, and nothing tells why
+  measurement_noise_of_components,  ///< R is too small in a component of a sensor and too large in another
+  truth,                            ///< what the errors are taken against is wrong, and not the filter
+  inflation,                        ///< the filter inflates its covariance on purpose
 };
 
 /// The cause in words.

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <span>
 
+#include "analysis/evidence/causes/white_errors.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/chi_square/chi_square.h"
@@ -54,6 +56,40 @@ std::optional<Findings::WrongComponent> wrong_component_of(const SensorSums& sum
                                   sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
 }
 
+/// Of a component that is larger and one that is smaller, each by its own noise, R turns the innovations of
+/// the large one back and those of the small one on, and Q the other way round.
+double opposed_lags(const LagProducts& lags, Index large, Index small) {
+  if (lags.pairs(0) == 0 || lags.pairs(1) == 0 || std::max(large, small) >= lags.dim()) return 0.0;
+  const Matrix together = lags.product(0), next = lags.product(1);
+  const auto lag_1 = [&](Index i) {
+    return next(i, i) / static_cast<double>(lags.pairs(1)) * static_cast<double>(lags.pairs(0)) /
+           together(i, i);
+  };
+  return (lag_1(large) - lag_1(small)) * std::sqrt(0.5 * static_cast<double>(lags.pairs(1)));
+}
+
+/// The components of a sensor that are farthest from S, where one is clearly larger and another smaller.
+std::optional<Findings::OpposedComponents> opposed_components_of(const SensorSums& sums,
+                                                                 const SensorJudgement& s) {
+  constexpr double kClearly = 1.2;
+  const std::vector<ComponentVariance>& all = s.components.components;
+  const auto place = [&all](auto of) { return static_cast<Index>(of - all.begin()); };
+  const Index large = place(std::ranges::max_element(
+                  all, {}, [](const auto&c) { return c.count > 0 ? c.lower : -1.0; })),
+              small = place(std::ranges::min_element(all, {}, [](const auto&c) {
+                return c.count > 0 ? c.upper : std::numeric_limits<double>::infinity();
+              }));
+  const ComponentVariance &larger = all[static_cast<std::size_t>(large)],
+                          &smaller = all[static_cast<std::size_t>(small)];
+  if (!(larger.lower > kClearly) || !(smaller.upper < 1.0 / kClearly)) return std::nullopt;
+  return Findings::OpposedComponents{component_name(s, large),
+                                     component_name(s, small),
+                                     larger,
+                                     smaller,
+                                     sums.varies ? 0.0 : opposed_lags(sums.lags, large, small),
+                                     sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
+}
+
 /// The most wrong pair of a sensor, where its sum and difference are wrong otherwise, beyond both intervals.
 std::optional<Findings::WrongPair> wrong_pair_of(const SensorSums& sums, const SensorJudgement& s) {
   const Index of_sum = s.pairs.worst - s.pairs.worst % 2, of_difference = of_sum + 1;
@@ -81,6 +117,10 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     const auto wrong = wrong_component_of(sums, s);
     const auto size = [](const Findings::WrongComponent& of) { return std::abs(std::log(of.factor.mean)); };
     if (wrong && (!f.wrong_component || size(*wrong) > size(*f.wrong_component))) f.wrong_component = wrong;
+    const auto opposed = opposed_components_of(sums, s);
+    const auto apart = [](const Findings::OpposedComponents& of) { return of.large.mean / of.small.mean; };
+    if (opposed && (!f.opposed_components || apart(*opposed) > apart(*f.opposed_components)))
+      f.opposed_components = opposed;
   }
   if (speaks(j, of_sensor(kPairs, s)) && !speaks(j, of_sensor(kComponents, s))) {
     const auto wrong = wrong_pair_of(sums, s);
@@ -204,9 +244,13 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e,
   const SecondMoments second = moments_tested(e, j.law.second_moments);
   if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
   ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
-  if (std::ssize(e.layout.states) > largest_averaged(e.layout)) result.reason = "too many states";
-  if (second.runs() < kFewestRuns)
+  if (std::ssize(e.layout.states) > largest_averaged(e.layout)) {
+    result.reason = "too many states";
+  } else if (second.runs() == 0) {
+    result.reason = "no row has the errors of all states";
+  } else if (second.runs() < kFewestRuns) {
     result.reason = "fewer than 10 runs, and no stretches of them that are independent";
+  }
   if (!result.reason.empty()) {
     result.p_value = kNaN;
     return result;
@@ -268,6 +312,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.lost = j.lost;
   findings.error_correlation = test_claimed_uncorrelated(e, j);
   findings.nees_values = e.whole_runs.nees_values;
+  if (e.step_stride == 1) findings.white_share = white_share_of(e.whole_runs.nees);
   findings.nees_before_innovations = nees_before_innovations(e);
   add_growth(e, findings);
   findings.nonlinear = e.layout.nonlinear;

@@ -66,6 +66,17 @@ struct Findings {
     double noise_share = kNaN;  ///< tr(S⁻¹ R)/m of the sensor
   };
   std::optional<WrongComponent> wrong_component = {};  ///< the most wrong one of all sensors
+  /// Components of the innovations of a sensor that are larger and smaller than S says, as no noise makes
+  /// them that is wrong in one direction.
+  struct OpposedComponents {
+    std::string large_name, small_name;
+    ComponentVariance large, small;  ///< the largest and the smallest factor
+    /// Lag 1 of the large less that of the small one, in standard errors: below zero R, above it Q makes them
+    /// so; 0: not known.
+    double lags = 0.0;
+    double noise_share = kNaN;  ///< as of a component
+  };
+  std::optional<OpposedComponents> opposed_components = {};  ///< of the sensor that has them farthest apart
   /// Two components of the innovations of a sensor that are each as large as S says, and their sum and
   /// difference, each over its σ, are not.
   struct WrongPair {
@@ -121,7 +132,8 @@ struct Findings {
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
   CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
-  Moments nees_before_innovations = {};    ///< over runs, at the step before any innovation; else empty
+  double white_share = 0.0;  ///< of the variance of NEES, what one row does not share with the next
+  Moments nees_before_innovations = {};  ///< over runs, at the step before any innovation; else empty
   SkewedMoments nees_of_runs_before_innovations = {};  ///< the mean of NEES over its dof of each run there
   /// Of each run, what NEES over its dof gains over the steps without an innovation (before the first one of
   /// all), and over the others; empty where not every step of every run is known.

@@ -52,8 +52,14 @@ Causes find_perhaps_gate(const Findings& findings);
 /// Names claimed_sigma where P is too small at some σ and too large at another (calibration.h), and the
 /// interval of the factor on the whole P holds 1.
 Causes find_wrong_by_claimed_sigma(const Findings& findings);
-/// Names wrong_dof where NEES alone is inconsistent and its variance is nearer twice its mean, as of χ², than
-/// twice its mean squared over n, as of a factor, by twice on a logarithmic scale. At least 100 values.
+/// NEES of 100 values at least, whose innovations fit, and whose mean is more than twice its dof n. Names
+/// bias where its variance is nearer 4 · mean − 2n, as of errors that P claims about a constant offset (χ²
+/// that is not central), than that of a factor and that of χ² of as many dof, by twice on a logarithmic
+/// scale.
+Causes find_constant_offset(const Findings& findings);
+/// Names wrong_dof where NEES alone is inconsistent, up to twice its dof, and its variance is nearer twice
+/// its mean, as of χ², than twice its mean squared over n, as of a factor, by twice on a logarithmic scale.
+/// At least 100 values.
 Causes find_wrong_dof(const Findings& findings);
 /// Names inflation where the filter is known to inflate P and NEES or NIS is too small: nothing to be tested.
 Causes find_inflation(const Findings& findings);
@@ -68,8 +74,9 @@ Causes find_scale(const Findings& findings);
 Causes find_sequential_sensors(const Findings& findings);
 /// Ten runs of a joint P of at most twelve states, some of which it claims to be uncorrelated at every step.
 /// Names cross_covariance where their errors are correlated (Student's t over the runs, Bonferroni over the
-/// pairs), by 0.05 at least. Wrong noise, a wrong start and linearisation leave the correlations of the
-/// model.
+/// pairs), by 0.05 at least, and beside it a wrong pair, first where that is correlated nearly as much: R
+/// lacks it, as P is a part of S alone. Wrong noise, a wrong start and linearisation leave the correlations
+/// of the model.
 Causes find_dropped_cross_covariance(const Findings& findings);
 /// Names cross_covariance where the joint NEES is inconsistent and that of no block is, nor by its mean.
 Causes find_joint_inconsistency(const Findings& findings);
@@ -80,12 +87,19 @@ Causes find_joint_inconsistency(const Findings& findings);
 /// late_measurements where the errors point back along the way (lateness.h), by 0.3 steps at least and by
 /// what explains most of the excess of NEES, while the innovations are nearly of the right size and white.
 Causes find_late_measurements(const Findings& findings);
+/// Rows whose NEES is known one by one. Names truth where NEES is too large while the innovations fit, and a
+/// third of its variance is new in every row (white_errors.h): what no innovation shows, no filter forgets
+/// from one row to the next.
+Causes find_error_of_truth(const Findings& findings);
 /// Means of innovations and of errors that speak. Names bias where that is part of what is wrong, of a
 /// nonlinear filter most of it; and where the errors at single steps have means (Hotelling over the runs)
-/// that make most of the excess of NEES there. Beside it the noise, by the innovations less their mean.
+/// that make most of the excess of NEES there, and not in the first fifth alone. Beside it the noise, by the
+/// innovations less their mean.
 Causes find_bias(const Findings& findings);
 /// Whiteness that speaks. Names coloured_noise where lag 1 is at least 0.1 and more than a wrong gain makes
-/// of the size of NIS: such a gain is wrong beside it.
+/// of the size of NIS: such a gain is wrong beside it. Of NIS that is too small, also where lag 1 is more
+/// than an R that is too large leaves of a random walk and the errors are too large, as no such R makes them;
+/// where they do not tell, or are not known, both are named.
 Causes find_coloured_noise(const Findings& findings);
 
 // The start (cause_rules_start.cpp). P = P_P0 + P_Q + P_R by what made it, and so are the true second
@@ -117,6 +131,11 @@ Causes find_start_beside_the_rest(const Findings& findings);
 // Levels of noise (cause_rules_noise.cpp). Mean NIS has the sign of a q + b r, and the correlation of the
 // innovations at every lag is (q − r) times one matrix: the two tell Q from R.
 
+/// Innovations of several components whose test speaks, of which one is larger than S says and another
+/// smaller, by 1.2 at least beyond their intervals, which no noise makes that is wrong in one direction.
+/// Names measurement_noise_of_components where their lags tell R, or do not tell Q and S is mostly R; either
+/// noise where neither is told.
+Causes find_opposed_components(const Findings& findings);
 /// Innovations of several components whose test speaks, and of which the most wrong one is wrong otherwise
 /// than the others, beyond both intervals and by 1.5 at least (by less it is said beside a noise that is
 /// named); not where the lags tell Q. Names innovation_unit where the factor is that of one; else R, of that
@@ -130,7 +149,8 @@ Causes find_wrong_pair(const Findings& findings);
 /// errors do between innovations (noise_between_innovations); else R, where S is
 /// mostly R and the innovations are whiter than a wrong Q leaves them; else either of the two.
 Causes find_wrong_noise(const Findings& findings);
-/// The same with the sign of NEES, where NIS is of the right size and the gain is told by the lags.
+/// The same with the sign of NEES, where NIS is of the right size, or not beyond it in the other direction,
+/// and the gain is told by the lags.
 Causes find_noise_by_errors(const Findings& findings);
 /// NEES alone is wrong, of a nonlinear filter too small, and the more so the longer (Student's t over the
 /// runs), which P0 never makes. Names Q where an R that is wrong by as much would show in NIS (R known, five

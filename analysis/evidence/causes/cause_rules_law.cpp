@@ -20,6 +20,9 @@ namespace {
 // times as many values beyond the 99.99 % quantile, far from the ten times that outliers are taken for.
 constexpr double kSmallDistance = 0.05;
 
+// NEES that is counted wrong has up to twice its dof.
+constexpr double kMostDof = 2.0;
+
 // The largest distance between the distribution functions of χ²(dof) and of `scale` times it: where their
 // densities meet.
 double distance_of_scale(double scale, double dof) {
@@ -217,11 +220,29 @@ Causes find_rejection_beside(const Findings& findings) {
                                          "adaptation, to tell them apart"}};
 }
 
+Causes find_constant_offset(const Findings& findings) {
+  constexpr std::int64_t kFewest = 100;
+  const Moments& values = findings.nees_values;
+  const double dof = findings.nees.expected, variance = values.variance();
+  if (findings.nees.verdict != Verdict::optimistic || is_inconsistent(findings.nis.verdict)) return {};
+  if (values.count < kFewest || !(values.mean > kMostDof * dof) || !(variance > 0.0)) return {};
+  const double of_offset = 4.0 * values.mean - 2.0 * dof;
+  const auto off = [variance](double expected) { return std::abs(std::log(variance / expected)); };
+  const double off_others = std::min(off(2.0 * values.mean), off(2.0 * values.mean * values.mean / dof));
+  if (off(of_offset) > 0.5 * off_others) return {};
+  return {
+      {Cause::bias,
+       fmt::format("NEES has mean {} and variance {}, and errors as P claims them about a constant offset "
+                   "have {}; the innovations do not show it: a bias, or an offset of the truth",
+                   number_text(values.mean, 3), number_text(variance, 3), number_text(of_offset, 3))}};
+}
+
 Causes find_wrong_dof(const Findings& findings) {
   const Moments& values = findings.nees_values;
   if (!is_inconsistent(findings.nees.verdict) || values.count < 100 || !(values.m2 > 0.0)) return {};
   const double ratio = values.variance() / (2.0 * values.mean);
   const double of_scale = values.mean / findings.nees.expected;
+  if (of_scale > kMostDof) return {};
   const double off_dof = std::abs(std::log(ratio));
   const double off_scale = std::abs(std::log(ratio / of_scale));
   // Innovations that are wrong too are no matter of counting.

@@ -24,11 +24,12 @@ Causes find_linearisation(const Findings& findings) {
   if (findings.whiteness && !findings.whiteness->reason.empty())
     return {};  // nor is their size all that tells
   const bool moved = findings.nis.verdict == Verdict::optimistic;
-  const std::string why =
-      fmt::format("mean NEES is {} of {} while the innovations are {} (mean NIS {} of {}){}",
-                  number_text(findings.nees.mean, 3), number_text(findings.nees.expected, 3),
-                  moved ? "hardly too large" : "as they should be", number_text(findings.nis.mean),
-                  number_text(findings.nis.expected), untested_correlation(findings));
+  const std::string why = fmt::format(
+      "mean NEES is {} of {} while {} (mean NIS {} of {}){}", number_text(findings.nees.mean, 3),
+      number_text(findings.nees.expected, 3),
+      moved ? fmt::format("NIS is {} times the expected one", number_text(1.0 + excess_of(findings.nis), 3))
+            : "the innovations are as they should be",
+      number_text(findings.nis.mean), number_text(findings.nis.expected), untested_correlation(findings));
   // With P too small (Σ ⪰ P) and the right F and Q NEES cannot grow in P⁻ = F P Fᵀ + Q, as tr (P⁻)⁻¹ F (Σ −
   // P) Fᵀ ≤ tr P⁻¹ (Σ − P), nor in the others with the right H and R.
   if (grows(findings.growth_without_innovations, findings) &&

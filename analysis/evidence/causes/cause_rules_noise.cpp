@@ -40,15 +40,16 @@ std::string mean_beside(const Findings& findings) {
       number_text(mean, 2), p_value_statement(test.p_value));
 }
 
-// Which sensors' R is wrong, of several: those that tell the same gain, or the one whose NIS is three times
-// as wrong as that of the others.
-std::string sensors_of_noise(const Findings& findings, const InnovationShape& shape) {
+// Which sensors' R is wrong in this direction, of several: those that tell the same gain, or the one whose
+// NIS is three times as wrong as that of the others.
+std::string sensors_of_noise(const Findings& findings, const InnovationShape& shape, bool high) {
   constexpr double kAlone = 3.0;
-  if (shape.sensor.empty()) return {};
   const auto& wrong = findings.wrong_sensors;
+  if (shape.sensor.empty() || (wrong[0].nis > 1.0) != high) return {};
   std::string names = shape.sensor;
   for (std::size_t i = 1; i < wrong.size() && shape.gain != 0; ++i) {
-    if (wrong[i].whiteness.reason.empty() && gain_error(wrong[i].whiteness, findings) == shape.gain)
+    if ((wrong[i].nis > 1.0) == high && wrong[i].whiteness.reason.empty() &&
+        gain_error(wrong[i].whiteness, findings).gain == shape.gain)
       append_item(names, wrong[i].name);
   }
   const bool alone =
@@ -84,17 +85,27 @@ std::string component_text(const Findings::WrongComponent& component) {
       number_text(component.others, 3));
 }
 
+// Where lag 1 alone does not tell the gain that is named.
+std::string sum_of_lags_text(const InnovationShape& shape) {
+  const bool told_by_lag_1 =
+      std::abs(shape.lag_1) > shape.lag_1_band && (shape.lag_1 > 0.0) == (shape.gain > 0);
+  if (shape.gain == 0 || told_by_lag_1) return {};
+  return fmt::format("; the first {} lags add up to {} ± {}", shape.lags.count,
+                     number_text(shape.lags.sum, 2), number_text(shape.lags.band, 2));
+}
+
 // Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
 // sign. Where the gain is not told, innovations that are white enough exclude Q if S is mostly R.
 Causes noise_of(const Findings& findings, const InnovationShape& shape, bool high,
                 const std::string& beside) {
   const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
-  const std::string sensors = sensors_of_noise(findings, shape);
+  const std::string sensors = sensors_of_noise(findings, shape, high);
   const std::string why = fmt::format(
       "mean NIS {} of {} after the first fifth of the steps, with a lag-1 autocorrelation of {} "
-      "± {}{}{}{}",
+      "± {}{}{}{}{}",
       number_text(expected * (1.0 + shape.excess), 3), number_text(expected, 3), number_text(shape.lag_1, 2),
       number_text(shape.lag_1_band, 2), shape.sensor.empty() ? "" : fmt::format(" of {}", shape.sensor),
+      sum_of_lags_text(shape),
       findings.wrong_component ? "; above all in " + component_text(*findings.wrong_component) : "", beside);
   if (shape.gain != 0) {
     const Cause cause = cause_by_gain(high, shape.gain > 0);
@@ -102,6 +113,10 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
     const bool of_R =
         cause == Cause::measurement_noise_too_small || cause == Cause::measurement_noise_too_large;
     std::string more = of_R && !sensors.empty() ? "; it is " + sensors : "";
+    if (cause == Cause::measurement_noise_too_large && findings.nees.count == 0)
+      more +=
+          "; noise that is correlated in time looks alike where no truth is known, and a smaller R makes "
+          "what that does worse";
     if (counted_twice) {
       more =
           "; the sensors of a step are correlated: estimates that share a prior and are fused as if they "
@@ -141,6 +156,24 @@ InnovationShape without_mean(const InnovationShape& shape, const Vector& mean) {
 }
 
 }  // namespace
+
+Causes find_opposed_components(const Findings& findings) {
+  constexpr double kMostlyR = 0.5, kExchanged = 1.5;
+  if (!findings.opposed_components || !find_coloured_noise(findings).empty()) return {};
+  const auto& [large_name, small_name, large, small, lags, share] = *findings.opposed_components;
+  const double clear = cause_quantile(findings, 2.0);
+  if (lags > clear) return {};
+  const bool of_R = lags < -clear || share >= kMostlyR;
+  const bool exchanged = of_R && std::abs(std::log(large.mean * small.mean)) < std::log(kExchanged);
+  return {
+      {of_R ? Cause::measurement_noise_of_components : Cause::process_or_measurement_noise,
+       fmt::format("{} squared is {} ({} … {}) times its variance in S, and {} squared {} ({} … {}) times, "
+                   "which no noise makes that is wrong in one direction{}",
+                   large_name, number_text(large.mean, 3), number_text(large.lower, 3),
+                   number_text(large.upper, 3), small_name, number_text(small.mean, 3),
+                   number_text(small.lower, 3), number_text(small.upper, 3),
+                   exchanged ? "; look whether their R are exchanged" : "")}};
+}
 
 Causes find_wrong_component(const Findings& findings) {
   constexpr double kMostlyR = 0.5, kApart = 1.5;
@@ -193,7 +226,11 @@ Causes find_noise_by_errors(const Findings& findings) {
       nees == Verdict::pessimistic ||
       (nees == Verdict::optimistic && (!findings.nonlinear || lags_tell_process_noise(findings)));
   if (!of_noise || shape.gain == 0) return {};
-  return noise_of(findings, shape, nees == Verdict::optimistic, mean_beside(findings));
+  const bool high = nees == Verdict::optimistic;
+  const double beyond =
+      high ? -shape.excess : shape.excess;  // in the direction that such a noise never makes
+  if (beyond > std::sqrt(2.0 / findings.nis.dof)) return {};
+  return noise_of(findings, shape, high, mean_beside(findings));
 }
 
 Causes find_noise_by_growth(const Findings& findings) {

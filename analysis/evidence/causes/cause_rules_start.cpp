@@ -14,6 +14,17 @@ namespace {
 // A P0 that is too small gives the first innovations no mean; what a measurement or a motion adds to its
 // linearisation at an uncertain start does. P0 may be wrong all the same.
 void tell_mean_at_start(const Findings& findings, CauseFound& start) {
+  if (start.cause == Cause::initial_covariance && findings.mean_at_steps.passes(cause_level(findings))) {
+    start.cause = Cause::initial_covariance_or_nonlinear_start;
+    start.why += fmt::format(
+        "; the errors of all runs have a mean in the first fifth of the steps ({}), and hardly one later, "
+        "which "
+        "no P0 makes, but a model that is not linear, or a first estimate that is off in all runs alike, as "
+        "one "
+        "that is set anew while P is kept",
+        p_value_statement(findings.mean_at_steps.p_value));
+    return;
+  }
   const std::optional<ZeroMeanTest>& mean = findings.first_innovation;
   const StepTest* first = first_step(findings.nis);
   if (start.cause != Cause::initial_covariance || !mean || first == nullptr) return;

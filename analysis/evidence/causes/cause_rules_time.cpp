@@ -64,7 +64,8 @@ Causes bias_of(const Findings& findings) {
   }
   const MeanAtSteps& at_steps = findings.mean_at_steps;
   const bool too_large = is_inconsistent(findings.nees.verdict) && excess_of(findings.nees) > 0.0;
-  if (too_large && clear(at_steps.p_value) && at_steps.explained > kMost) {
+  const bool stays = !at_steps.passes(cause_level(findings));
+  if (too_large && clear(at_steps.p_value) && at_steps.explained > kMost && stays) {
     return {
         {Cause::bias, fmt::format("the errors of all runs have a mean, which makes {:.0f} % of the excess of "
                                   "NEES ({}){}",
@@ -74,17 +75,54 @@ Causes bias_of(const Findings& findings) {
   return {};
 }
 
-// A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
-// 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
-// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1. NIS is that of all sensors or of the one that
-// lag 1 is of, whichever is more wrong, and taken with its standard error.
-bool is_coloured(double lag_1, double settled_excess, const Findings& findings) {
-  constexpr double kMostByGain = 1.5;
+// |ln(NIS / expected)| of all sensors or of the one that lag 1 is of, whichever is more wrong, with its
+// standard error.
+double size_of_nis(const InnovationShape& shape, const Findings& findings) {
   const ConsistencyVerdict& nis = findings.nis;
-  const double excess =
-      std::max({std::abs(std::log1p(settled_excess)), std::abs(std::log(nis.mean / nis.expected)),
-                std::abs(std::log(findings.whiteness_nis.value_or(1.0)))});
-  return std::abs(lag_1) > kMostByGain * (excess + std::sqrt(2.0 / nis.dof));
+  const double of_sensor =
+      shape.sensor.empty() ? findings.whiteness_nis.value_or(1.0) : findings.wrong_sensors[0].nis;
+  return std::max({std::abs(std::log1p(shape.excess)), std::abs(std::log(nis.mean / nis.expected)),
+                   std::abs(std::log(of_sensor)), std::abs(std::log(findings.whiteness_nis.value_or(1.0)))}) +
+         std::sqrt(2.0 / nis.dof);
+}
+
+// A wrong gain changes the size v of the innovations as much as it correlates them. The innovations that Q
+// and R each make are stationary, and cancel each other at every lag where both are right: so |lag 1| is at
+// most 1 − 1/v where one of them is too small. Where one is too large it is at most (1 − v)/(1 + v) =
+// tanh(|ln v|/2) of a random walk, and 1 − v^1.5 of constant velocity and acceleration too (Q/R from 1e-6 to
+// 1e4, Q or R wrong by up to 1000); this bounds the first as well.
+bool is_coloured(double lag_1, double size) {
+  constexpr double kMostByGain = 1.5;
+  return std::abs(lag_1) > -std::expm1(-kMostByGain * size);
+}
+
+// More than an R that is too large leaves of a random walk; filters of more states and a large gain may show
+// as much.
+bool is_coloured_or_of_R(double lag_1, double size, const InnovationShape& shape, const Findings& findings) {
+  const bool small = shape.sensor.empty() ? shape.excess < 0.0 : findings.wrong_sensors[0].nis < 1.0;
+  return small && is_inconsistent(findings.nis.verdict) && lag_1 > std::tanh(0.5 * size);
+}
+
+// Noise that stays goes into the state, with innovations as small as those of an R that is too large; but
+// such an R makes the errors smaller than P claims.
+Causes coloured_or_of_R(double lag_1, const Findings& findings) {
+  const ConsistencyVerdict& nees = findings.nees;
+  const std::string why =
+      fmt::format("the lag-1 autocorrelation is {} and mean NIS {} of {}", number_text(lag_1, 2),
+                  number_text(findings.nis.mean, 3), number_text(findings.nis.expected, 3));
+  if (is_inconsistent(nees.verdict) && excess_of(nees) > 0.0) {
+    return {
+        {Cause::coloured_noise,
+         fmt::format("{}, as of an R that is too large, but the errors are larger than P claims (mean NEES "
+                     "{} of {}), which no such R makes; a smaller R makes that worse",
+                     why, number_text(nees.mean, 3), number_text(nees.expected, 3))}};
+  }
+  if (is_inconsistent(nees.verdict)) return {};
+  return {{Cause::coloured_noise,
+           why + ": it goes into the state, which no innovation shows, and a smaller R makes that worse"},
+          {Cause::measurement_noise_too_large,
+           "the same, where the gain is large; errors beside a truth tell the two apart, as they are smaller "
+           "than P claims with such an R, and larger with noise that is correlated in time"}};
 }
 
 // Whether the way since some time is most of the excess of NEES. An error that grows along its way, as of a
@@ -103,25 +141,35 @@ bool is_of_one_delay(double explained, const ConsistencyVerdict& nees) {
 // they should be, or wrong by little beside them where it knows its way. A gain that is too small lags
 // behind, too, and noise that is correlated in time is followed along; both show in the innovations.
 Causes find_late_measurements(const Findings& findings) {
-  constexpr double kSteps = 0.3;  // a shorter time is none of steps
   constexpr double kSmall = 0.1, kLittleBesideErrors = 0.03;
   if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return {};
   const LatenessTest& test = *findings.lateness;
   const double excess = excess_of(findings.nees);
   if (!is_inconsistent(findings.nees.verdict) || !(excess > 0.0)) return {};
-  if (test.steps < kSteps || !is_of_one_delay(test.explained, findings.nees)) return {};
+  if (test.steps < kShortestDelay || !is_of_one_delay(test.explained, findings.nees)) return {};
   const InnovationShape shape = innovation_shape(findings);
   const double small = std::max(kSmall, kLittleBesideErrors * excess);
   if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
-  const StepTimes* const times = findings.nees.times.get();
   return {{Cause::late_measurements,
            fmt::format("the errors point back along the path by about {} steps{} ({}), "
                        "which explains {:.0f} % of the excess of NEES",
-                       number_text(test.steps, 2),
-                       times != nullptr && times->known()
-                           ? fmt::format(", {} s,", number_text(test.steps * times->interval_s(), 2))
-                           : "",
+                       number_text(test.steps, 2), in_seconds(test.steps, findings.nees),
                        p_value_statement(test.p_value), 100.0 * std::min(1.0, test.explained))}};
+}
+
+Causes find_error_of_truth(const Findings& findings) {
+  constexpr double kLeastWhite = 0.3;  // in seven inertial and other filters with a wrong noise at most 0.18
+  const ConsistencyVerdict& nees = findings.nees;
+  if (nees.verdict != Verdict::optimistic || findings.nis.verdict != Verdict::consistent ||
+      findings.not_white)
+    return {};
+  if (!(findings.white_share > kLeastWhite)) return {};
+  return {
+      {Cause::truth,
+       fmt::format("mean NEES is {} of {} while the innovations fit, and {:.0f} % of its variance is new in "
+                   "every row: errors that no innovation shows do not go from one row to the next, as long "
+                   "as they are those of a filter",
+                   number_text(nees.mean, 3), number_text(nees.expected, 3), 100.0 * findings.white_share)}};
 }
 
 Causes find_bias(const Findings& findings) {
@@ -138,7 +186,11 @@ Causes find_coloured_noise(const Findings& findings) {
   if (!findings.not_white || std::abs(lag_1) < kStrong) return {};
   if (!(findings.whiteness->p_value <= cause_level(findings))) return {};
   const InnovationShape shape = innovation_shape(findings);
-  if (!is_coloured(lag_1, shape.excess, findings)) return {};
+  const double size = size_of_nis(shape, findings);
+  if (!is_coloured(lag_1, size)) {
+    if (!is_coloured_or_of_R(lag_1, size, shape, findings)) return {};
+    return coloured_or_of_R(lag_1, findings);
+  }
   return {{Cause::coloured_noise,
            fmt::format("the lag-1 autocorrelation is {}, too much for a mean NIS of {} where "
                        "{} is expected; if the noise is white, Q and R are both wrong and the gain is too {}",

@@ -33,23 +33,33 @@ const Findings::WrongSensor* sensor_of_shape(const Findings& findings) {
   const Findings::WrongSensor& most = findings.wrong_sensors.front();
   if (!most.whiteness.reason.empty()) return nullptr;
   const double of_other = std::abs(std::log(findings.whiteness_nis.value_or(1.0)));
-  const bool told = gain_error(most.whiteness, findings) != 0;
+  const bool told = gain_error(most.whiteness, findings).gain != 0;
   return told || of_other < kLeast * std::abs(std::log(most.nis)) ? &most : nullptr;
 }
 
 }  // namespace
 
-int gain_error(const WhitenessTest& test, const Findings& findings) {
+LagSum gain_error(const WhitenessTest& test, const Findings& findings) {
   constexpr std::size_t kSums[] = {1, 5, 20};
   const double of_band = normal_upper_quantile(0.5 * alpha_of(findings));
-  double sum = 0.0, largest = 0.0;
+  const double wanted = cause_quantile(findings, 2.0 * static_cast<double>(std::size(kSums)));
+  LagSum found;
+  double sum = 0.0, of_lags = 0.0, band = 0.0, largest = 0.0;
   for (std::size_t h = 0; h < test.autocorrelation.size(); ++h) {
     sum += of_band * test.autocorrelation[h] / test.band[h];
+    of_lags += test.autocorrelation[h];
+    band = std::hypot(band, test.band[h]);
     const double z = sum / std::sqrt(static_cast<double>(h + 1));
-    if (std::ranges::find(kSums, h + 1) != std::end(kSums) && std::abs(z) > std::abs(largest)) largest = z;
+    if (std::ranges::find(kSums, h + 1) == std::end(kSums) || !(std::abs(z) > std::abs(largest))) continue;
+    largest = z;
+    found = {.gain = largest > wanted    ? 1
+                     : largest < -wanted ? -1
+                                         : 0,
+             .count = static_cast<std::int64_t>(h) + 1,
+             .sum = of_lags,
+             .band = band * wanted / of_band};
   }
-  const double wanted = cause_quantile(findings, 2.0 * static_cast<double>(std::size(kSums)));
-  return largest > wanted ? 1 : largest < -wanted ? -1 : 0;
+  return found;
 }
 
 int noise_between_innovations(const Findings& findings, bool high) {
@@ -155,7 +165,8 @@ InnovationShape innovation_shape(const Findings& findings) {
   if (test != nullptr && test->reason.empty()) {
     shape.lag_1 = test->autocorrelation.at(0);
     shape.lag_1_band = lag_1_band_of(*test, findings);
-    shape.gain = gain_error(*test, findings);
+    shape.lags = gain_error(*test, findings);
+    shape.gain = shape.lags.gain;
   }
   return shape;
 }
@@ -186,12 +197,30 @@ std::string untested_correlation(const Findings& findings) {
                      findings.error_correlation->reason);
 }
 
-std::string untested_in_few_runs(const Findings& findings) {
-  constexpr std::int64_t kFewestToSeeABias = 5, kFew = 10;
+std::string short_delay(const Findings& findings) {
+  constexpr double kCounts = 0.05;
+  if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return {};
+  const LatenessTest& test = *findings.lateness;
+  if (!(test.steps > 0.0 && test.steps < kShortestDelay && test.explained >= kCounts)) return {};
+  if (!is_inconsistent(findings.nees.verdict) || !(excess_of(findings.nees) > 0.0)) return {};
+  return fmt::format(
+      "; the errors also point back along the path, by {} steps{} ({}), which explains {:.0f} % of the "
+      "excess "
+      "of NEES: measurements that are late by so little make that, and so does a gain that is too small",
+      number_text(test.steps, 2), in_seconds(test.steps, findings.nees), p_value_statement(test.p_value),
+      100.0 * std::min(1.0, test.explained));
+}
+
+std::string in_seconds(double steps, const ConsistencyVerdict& verdict) {
+  const StepTimes* const times = verdict.times.get();
+  if (times == nullptr || !times->known()) return {};
+  return fmt::format(", {} s,", number_text(steps * times->interval_s(), 2));
+}
+
+std::string untested_causes(const Findings& findings) {
+  constexpr std::int64_t kFewestToSeeABias = 5;
   const std::int64_t runs = findings.error_mean_runs;
-  if (runs == 0 || runs >= kFew || !is_inconsistent(findings.nees.verdict) ||
-      !(excess_of(findings.nees) > 0.0))
-    return {};
+  if (runs == 0 || !is_inconsistent(findings.nees.verdict) || !(excess_of(findings.nees) > 0.0)) return {};
   std::string text;
   if (runs == 1) {
     text = "; a bias was not tested, as one run cannot tell it from an error that stays";

@@ -66,6 +66,13 @@ double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::siz
 /// Whether NIS is wrong over the second half (χ²), by more than what its first one leaves behind.
 bool noise_lasts(const Findings& findings);
 
+/// The sum of the first lags of an autocorrelation that is farthest from zero.
+struct LagSum {
+  int gain = 0;                  ///< its sign, where it is no chance; else 0
+  std::int64_t count = 0;        ///< lags
+  double sum = 0.0, band = 0.0;  ///< beyond which the sum is no chance
+};
+
 /// Size and colour of the innovations after the first fifth of the steps: all that a wrong noise can change
 /// in them.
 struct InnovationShape {
@@ -73,13 +80,14 @@ struct InnovationShape {
   double lag_1 = 0.0;       ///< autocorrelation
   double lag_1_band = 0.0;  ///< beyond which lag_1 is no chance; infinite where it is not known
   int gain = 0;             ///< the sign of q − r, by which Q and R are wrong; 0: not told
+  LagSum lags = {};         ///< that tells it
   std::string sensor = {};  ///< of several that of the autocorrelation; "" where it is that of none by itself
 };
 
 /// The sign of the gain by the innovations of one sensor: of those with the gain that the filter believes in
 /// the correlation at every lag is (q − r) times one matrix, so that lags that fade slowly are added up; the
 /// largest of |Σ_{h ≤ L} z_h|/√L, L = 1, 5, 20, at cause_level, Bonferroni over the three.
-int gain_error(const WhitenessTest& whiteness, const Findings& findings);
+LagSum gain_error(const WhitenessTest& whiteness, const Findings& findings);
 
 /// The same by the errors, of a linear filter whose P0 is right, and where no mean is found: mean NEES over n
 /// is A q + B r + 1 − A − B, and over a step without an innovation B falls, and with it P0's share, so that
@@ -107,9 +115,17 @@ bool lags_tell_process_noise(const Findings& findings);
 /// it lacks, and why; else empty.
 std::string untested_correlation(const Findings& findings);
 
-/// What to say beside a cause that takes for granted that nothing is late and no mean is wrong: that so few
-/// runs, of errors that are too large, do not tell; else empty.
-std::string untested_in_few_runs(const Findings& findings);
+/// What to say beside a cause that takes for granted that nothing is late and no mean is wrong, of errors
+/// that are too large: that so few runs do not tell a mean, and why lateness was not tested; else empty.
+std::string untested_causes(const Findings& findings);
+
+/// A shorter time, in steps, is too short to be named as the cause.
+inline constexpr double kShortestDelay = 0.3;
+/// What to say beside such a cause of errors that point back along the way by less, but not by chance, and by
+/// what explains some of the excess of NEES; else empty.
+std::string short_delay(const Findings& findings);
+/// ", 0.2 s,": so many steps in seconds; empty where the times are not known.
+std::string in_seconds(double steps, const ConsistencyVerdict& verdict);
 
 /// Whether what a quantity of each run gains has a mean above zero (Student's t at cause_level).
 bool grows(const Moments& gain, const Findings& findings);

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "analysis/laws/shape/vector_moments.h"
+#include "core/nan.h"
 
 namespace credence::internal {
 
@@ -15,9 +16,14 @@ struct MeanAtSteps {
   double of_one = 0.0;          ///< how much of `square` is that of the average of μ over the steps
   double spread = 1.0;          ///< mean of tr C/n
   double spread_p_value = 1.0;  ///< of "the spread is no smaller than P": of Gaussian errors
+  /// The mean of |μ|²/n over the steps of the first fifth, and over those later, with the p_value of these;
+  /// NaN without such steps.
+  double early_square = kNaN, later_square = kNaN, later_p_value = kNaN;
 
   /// Of runs that share noise, and each of which is right, |μ|² + tr C = n, and μ is another at every step.
   bool shared(double level) const;
+  /// Whether the mean is one of the first fifth of the steps, and none or next to none later.
+  bool passes(double level) const;
 };
 
 /// Of whitened errors u (correlation_whitening.h) at some steps over the runs, which a mean μ_k and a

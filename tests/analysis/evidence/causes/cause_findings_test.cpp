@@ -47,5 +47,73 @@ TEST(CauseFindings, WhatASensorTellsIsNotTakenBackByOneThatComesLater) {
   EXPECT_EQ(first.rejection.has_value(), last.rejection.has_value());
 }
 
+/// One run of 3,000 rows of a random walk in two axes, Q = 0.01, whose R are 1 and 9, and the other way round
+/// in the filter.
+Findings findings_of_exchanged() {
+  RunLayout layout{.sensors = {Sensor{.name = "gnss", .dim = 2, .piece = 2}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  recorder.begin_run();
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  const Vector sigma{{1.0, 3.0}}, claimed{{9.0, 1.0}};
+  Vector error = Vector::Zero(2), P = Vector::Constant(2, 1.0);
+  for (std::int64_t k = 1; k <= 3000; ++k) {
+    Innovation innovation{.nu = Vector(2), .S = Matrix::Zero(2, 2)};
+    for (Index i = 0; i < 2; ++i) {
+      error[i] += 0.1 * normal(random);
+      P[i] += 0.01;
+      innovation.nu[i] = sigma[i] * normal(random) - error[i];
+      innovation.S(i, i) = P[i] + claimed[i];
+      const double gain = P[i] / innovation.S(i, i);
+      error[i] += gain * innovation.nu[i];
+      P[i] *= 1.0 - gain;
+    }
+    Step step{.step = k};
+    step.innovations = {innovation};
+    recorder.add(step);
+  }
+  const Evidence evidence = recorder.take();
+  return findings_of(evidence, judge(evidence));
+}
+
+// Fixed and float solutions of a receiver are states of their own: no row has all of them.
+TEST(CauseFindings, WhyCrossCovariancesWereNotTestedIsSaid) {
+  const auto reason = [](std::int64_t runs, bool whole) {
+    RunLayout layout{.states = {"fix", "float"}, .angles = {false, false}};
+    add_named_blocks(layout);
+    EvidenceRecorder recorder(layout);
+    for (std::int64_t run = 0; run < runs; ++run) {
+      recorder.begin_run();
+      for (std::int64_t k = 1; k <= 30; ++k) {
+        Step step{.step = k};
+        step.states = whole ? std::vector<Index>{0, 1} : std::vector<Index>{k % 2};
+        const Index states = std::ssize(step.states);
+        step.error = Vector::Constant(states, 0.1 * static_cast<double>(k % 7));
+        step.P = Matrix::Identity(states, states);
+        recorder.add(step);
+      }
+    }
+    const Evidence evidence = recorder.take();
+    const Findings findings = findings_of(evidence, judge(evidence));
+    return findings.error_correlation ? std::string(findings.error_correlation->reason) : "no test";
+  };
+  EXPECT_EQ(reason(12, false), "no row has the errors of all states");
+  EXPECT_EQ(reason(2, true), "fewer than 10 runs, and no stretches of them that are independent");
+}
+
+TEST(CauseFindings, ComponentsOnBothSidesOfOneAreFoundWithTheirLags) {
+  const std::optional<Findings::OpposedComponents> opposed = findings_of_exchanged().opposed_components;
+  ASSERT_TRUE(opposed);
+  EXPECT_EQ(opposed->large_name, "component 2 of gnss");
+  EXPECT_EQ(opposed->small_name, "component 1 of gnss");
+  EXPECT_GT(opposed->large.mean, 5.0);
+  EXPECT_LT(opposed->small.mean, 0.2);
+  // The gain of the small one is 0.03, that of the large one 0.1: lag 1 is −0.1 or less of it, and σ is
+  // 0.018.
+  EXPECT_LT(opposed->lags, -3.5);
+  EXPECT_FALSE(findings_of_two(true).opposed_components);
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -28,6 +28,19 @@ TEST(MeanAtSteps, IsAShareOfTheExcess) {
   EXPECT_NEAR(both.p_value, 2.0 * one.p_value, 1e-12);
 }
 
+// Of steps 1 and 10 the first is that of the first fifth: |μ|² of mean 8 and scatter 6 is 64 − 0.5, of mean 0
+// −0.5, which is none. T² = 4·3·64/6 = 128, F(1, 3): p = 0.0015 (scipy.stats.f.sf(128, 1, 3)), of two steps.
+TEST(MeanAtSteps, PassesWhereNoneIsLeftAfterTheFirstFifth) {
+  const MeanAtSteps early = test_mean_at_steps({{1, four_runs(8.0, 6.0)}, {10, four_runs(0.0, 6.0)}});
+  EXPECT_NEAR(early.early_square, 63.5, 1e-12);
+  EXPECT_EQ(early.later_square, 0.0);
+  EXPECT_EQ(early.later_p_value, 1.0);
+  EXPECT_TRUE(early.passes(0.01));
+  EXPECT_FALSE(early.passes(0.002)) << "it is none";
+  const MeanAtSteps both = test_mean_at_steps({{1, four_runs(8.0, 6.0)}, {10, four_runs(8.0, 6.0)}});
+  EXPECT_FALSE(both.passes(0.01));
+}
+
 // Errors of either sign that are too large have no mean; nor have those that are too small an excess.
 TEST(MeanAtSteps, OfAWrongCovarianceIsNone) {
   EXPECT_EQ(test_mean_at_steps({{1, four_runs(0.1, 60.0)}}).explained, 0.0);
