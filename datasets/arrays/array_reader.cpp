@@ -5,15 +5,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/linear_algebra/asymmetry.h"
 #include "core/manifold/angle.h"
 
 namespace credence::internal {
-namespace {
-
-// How far the two triangles of a covariance may differ, in units of the standard deviations.
-constexpr double kMostAsymmetry = 1e-6;
-
-}  // namespace
 
 void ArrayReader::fail(const Place& place, std::string_view inner, const std::string& problem) const {
   std::string name(place.array);

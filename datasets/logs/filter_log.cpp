@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/linear_algebra/asymmetry.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "datasets/data_error.h"
@@ -24,8 +25,6 @@ namespace {
 // A step beyond this is a mistake, and would ask for gigabytes; and so is one far beyond the rows there are.
 constexpr std::int64_t kLargestStep = 10'000'000;
 constexpr std::int64_t kLargestGap = 100'000, kLargestStepsPerRow = 100;
-// How far the two triangles of a full covariance may differ, in units of the standard deviations.
-constexpr double kAsymmetry = 1e-6;
 
 /// Where the entry (i, j), i ≤ j, of an n×n matrix stands when its upper triangle is listed by rows.
 std::size_t triangle_index(Index i, Index j, Index n) {
@@ -200,7 +199,7 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
     }
   }
   if (!full || missing >= 0) return missing;
-  if (!make_symmetric(out, kAsymmetry)) problem = "a covariance is not symmetric";
+  if (!make_symmetric(out, kMostAsymmetry)) problem = "a covariance is not symmetric";
   return -1;
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "core/linear_algebra/asymmetry.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
@@ -97,8 +98,7 @@ class PoseRows {
     if (columns_.joint_covariance.size() == kSquare) {
       for (std::size_t i = 0; i < kSquare; ++i)
         P(static_cast<Index>(i / 6), static_cast<Index>(i % 6)) = number(columns_.joint_covariance[i]);
-      constexpr double kAsymmetry = 1e-6;
-      if (!is_symmetric(P, kAsymmetry)) lines_.fail("the covariance is not symmetric");
+      if (!is_symmetric(P, kMostAsymmetry)) lines_.fail("the covariance is not symmetric");
       P = (0.5 * (P + P.transpose())).eval();
     } else if (!columns_.joint_covariance.empty()) {
       fill(P, 0, 6, columns_.joint_covariance);

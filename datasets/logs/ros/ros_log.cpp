@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/append_item.h"
+#include "core/linear_algebra/asymmetry.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/conventions/thinned.h"
@@ -370,8 +371,7 @@ class RosLog {
         ++used_up;
         return;
       }
-      constexpr double kLargestAsymmetry = 1e-6;
-      step.problem = is_symmetric(estimate.covariance(kept, kept), kLargestAsymmetry)
+      step.problem = is_symmetric(estimate.covariance(kept, kept), kMostAsymmetry)
                          ? ""
                          : "a covariance is not symmetric";
       turn_known = turn_known && std::ranges::count_if(kept, [](Index i) { return i >= 3; }) > 0;

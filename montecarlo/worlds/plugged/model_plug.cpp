@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/linear_algebra/asymmetry.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/manifold/angle.h"
@@ -19,6 +20,17 @@ void require_square(const char* name, const Matrix& M, Index n) {
 
 void require_size(const char* name, Index size, Index n) {
   if (size != n) throw std::invalid_argument(fmt::format("{} has {} entries: expected {}", name, size, n));
+}
+
+/// A covariance that noise can be drawn with.
+void require_covariance(const char* name, const Matrix& M, Index n) {
+  require_square(name, M, n);
+  if (!M.allFinite()) throw std::invalid_argument(fmt::format("{} is not finite", name));
+  const Vector deviation = M.diagonal().cwiseAbs().cwiseSqrt();
+  const Matrix apart = (M - M.transpose()).cwiseAbs() - kMostAsymmetry * deviation * deviation.transpose();
+  if ((apart.array() > 0.0).any()) throw std::invalid_argument(fmt::format("{} is not symmetric", name));
+  if (is_psd(M, kMostAsymmetry)) return;
+  throw std::invalid_argument(fmt::format("{} is not positive semidefinite", name));
 }
 
 RunLayout layout_of(const FunctionModel& model) {
@@ -38,9 +50,9 @@ const FunctionModel& checked(const FunctionModel& model) {
   if (!model.h) throw std::invalid_argument("h is missing");
   if (n == 0) throw std::invalid_argument("mean is empty");
   if (m == 0) throw std::invalid_argument("R is empty");
-  require_square("Q", model.Q, n);
-  require_square("P0", model.P0, n);
-  require_square("R", model.R, m);
+  require_covariance("Q", model.Q, n);
+  require_covariance("P0", model.P0, n);
+  require_covariance("R", model.R, m);
   require_size("f(mean)", model.f(model.mean).size(), n);
   require_size("h(mean)", model.h(model.mean).size(), m);
   if (!model.states.empty()) require_size("states", std::ssize(model.states), n);

@@ -29,8 +29,8 @@ struct FunctionModel {
 /// The world of a model.
 class FunctionWorld {
  public:
-  /// Throws std::invalid_argument naming the part for a function that is not there and for sizes that do not
-  /// fit.
+  /// Throws std::invalid_argument naming the part for a function that is not there, for sizes that do not
+  /// fit, and for a Q, R or P0 that is no covariance.
   explicit FunctionWorld(const FunctionModel& model);
 
   Prior<Vector> prior() const { return {model_.mean, model_.P0}; }

@@ -8,7 +8,9 @@
 #include <limits>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
+#include "core/linear_algebra/asymmetry.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/record/unwrapped_angles.h"
 
@@ -16,8 +18,6 @@ namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kRunsLookedAt = 4;
-/// Relative to the standard deviations: beyond what rounding does.
-constexpr double kAsymmetry = 1e-9;
 
 /// Sentences, each kind once.
 class Problems {
@@ -38,7 +38,7 @@ void check_covariance(const std::string& name, const Matrix& M, const std::strin
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = i + 1; j < M.cols(); ++j) {
       const double scale = std::sqrt(std::abs(M(i, i) * M(j, j)));
-      if (std::abs(M(i, j) - M(j, i)) <= kAsymmetry * scale) continue;
+      if (std::abs(M(i, j) - M(j, i)) <= kMostAsymmetry * scale) continue;
       return problems.add(
           name, fmt::format("{} is not symmetric {}: its entries ({}, {}) and ({}, {}) are {} and {}", name,
                             where, i, j, j, i, M(i, j), M(j, i)));
@@ -85,19 +85,19 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
   }
 }
 
-bool same(const Step& a, const Step& b) {
+}  // namespace
+
+bool same_step(const TraceStep& a, const TraceStep& b) {
   const auto same_innovation = [](const Innovation& x, const Innovation& y) {
     return x.nu == y.nu && x.S == y.S;
   };
-  return a.states == b.states && a.error == b.error && a.P == b.P &&
+  return a.outcome == b.outcome && a.states == b.states && a.error == b.error && a.P == b.P &&
          std::ranges::equal(a.innovations, b.innovations, same_innovation);
 }
 
-}  // namespace
-
 void require_size(Index estimate, Index expected) {
   if (estimate == expected) return;
-  throw std::invalid_argument(fmt::format(
+  throw PlugMisfit(fmt::format(
       "an estimate of {} states where {} are expected: a filter whose states change in number has "
       "states(), their numbers in the layout of the world",
       estimate, expected));
@@ -107,13 +107,13 @@ void require_states(const RunLayout& layout, const std::vector<Index>& states) {
   std::vector<bool> seen(layout.states.size(), false);
   for (const Index state : states) {
     if (state < 0 || state >= std::ssize(seen)) {
-      throw std::invalid_argument(
+      throw PlugMisfit(
           fmt::format("states(): {} is none of the {} states of the layout, which count "
                       "from 0",
                       state, seen.size()));
     }
     if (seen[static_cast<std::size_t>(state)])
-      throw std::invalid_argument(fmt::format("states(): {} is there twice", state));
+      throw PlugMisfit(fmt::format("states(): {} is there twice", state));
     seen[static_cast<std::size_t>(state)] = true;
   }
 }
@@ -122,44 +122,61 @@ void require_fit(const RunLayout& layout, const TraceStep& step) {
   const bool all = step.states.empty() && step.error.size() > 0;
   const Index n = all ? std::ssize(layout.states) : std::ssize(step.states);
   if (step.error.size() != n || step.P.rows() != n || step.P.cols() != n) {
-    throw std::invalid_argument(
-        fmt::format("an error of dimension {} and P of {}x{} do not fit a state of {}", step.error.size(),
-                    step.P.rows(), step.P.cols(), n));
+    throw PlugMisfit(fmt::format("an error of dimension {} and P of {}x{} do not fit a state of {}",
+                                 step.error.size(), step.P.rows(), step.P.cols(), n));
   }
   if (step.innovations.size() != layout.sensors.size()) {
-    throw std::invalid_argument(fmt::format("{} innovations, but the layout has {} sensors",
-                                            step.innovations.size(), layout.sensors.size()));
+    throw PlugMisfit(fmt::format("{} innovations, but the layout has {} sensors", step.innovations.size(),
+                                 layout.sensors.size()));
   }
   for (std::size_t s = 0; s < step.innovations.size(); ++s) {
     const Innovation& innovation = step.innovations[s];
     const Index m = innovation.nu.size();
     if (innovation.S.rows() == m && innovation.S.cols() == m && m <= layout.sensors[s].dim) continue;
     if (m == 0) continue;
-    throw std::invalid_argument(
-        fmt::format("an innovation of dimension {} with S of {}x{} does not fit a sensor of {}", m,
-                    innovation.S.rows(), innovation.S.cols(), layout.sensors[s].dim));
+    throw PlugMisfit(fmt::format("an innovation of dimension {} with S of {}x{} does not fit a sensor of {}",
+                                 m, innovation.S.rows(), innovation.S.cols(), layout.sensors[s].dim));
   }
 }
 
+namespace {
+
+/// Of those of the first runs that threw: run and step.
+void add_thrown(const std::vector<std::pair<std::int64_t, std::int64_t>>& threw,
+                const std::function<PlugThrown(std::int64_t run)>& thrown, Problems& problems) {
+  for (const auto& [run, step] : threw) {
+    const PlugThrown what = thrown(run);
+    if (what.misfit) {
+      return problems.add("throws", fmt::format("run {} ends at step {}: {}", run, step, what.said));
+    }
+  }
+  const bool all_at_once = std::ssize(threw) == kRunsLookedAt &&
+                           std::ranges::all_of(threw, [](const auto& end) { return end.second <= 1; });
+  if (all_at_once) {
+    problems.add("throws", fmt::format("every run fails at the first step, run 0 with: {}", thrown(0).said));
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> plug_problems(const Experiment& experiment,
-                                       const std::function<std::string(std::int64_t run)>& said) {
+                                       const std::function<PlugThrown(std::int64_t run)>& thrown) {
   Problems problems;
   std::vector<TraceStep> first;
-  std::int64_t thrown_at_once = 0;
+  std::vector<std::pair<std::int64_t, std::int64_t>> threw;  // run and step
   for (std::int64_t run = 0; run < kRunsLookedAt; ++run) {
     experiment.visit(run, [&](const TraceStep& step) {
-      thrown_at_once += step.outcome == Outcome::threw && step.step <= 1 ? 1 : 0;
+      if (step.outcome == Outcome::threw) threw.push_back({run, step.step});
       if (step.outcome != Outcome::ok) return;
       if (run == 0) first.push_back(step);
       check_step(experiment.layout(), step, fmt::format("in run {} at step {}", run, step.step), problems);
     });
   }
-  if (thrown_at_once == kRunsLookedAt && said)
-    problems.add("throws", fmt::format("every run fails at the first step, run 0 with: {}", said(0)));
+  if (thrown) add_thrown(threw, thrown, problems);
   std::size_t i = 0;
   experiment.visit(0, [&](const TraceStep& step) {
     if (step.outcome != Outcome::ok) return;
-    if (i < first.size() && !same(first[i], step)) {
+    if (i < first.size() && !same_step(first[i], step)) {
       problems.add("bits",
                    fmt::format("run 0 is not the same twice, from step {} on: the world or the filter "
                                "draws random numbers of its own, or keeps something from run to run",
@@ -181,6 +198,14 @@ void report_plus(const Vector& d, const Vector& back, std::vector<std::string>& 
   problems.push_back(fmt::format("minus(plus(x, d), x) is not d: d = ({}) comes back as ({})",
                                  fmt::join(d.begin(), d.end(), ", "),
                                  fmt::join(back.begin(), back.end(), ", ")));
+}
+
+void report_shared_state(std::int64_t step, std::vector<std::string>& problems) {
+  problems.push_back(
+      fmt::format("filters share state: runs 0 and 1, a step of each by turns, are not what each of them is "
+                  "alone, from step {} on; filters run in several threads, so each must have all that it "
+                  "changes as its own, and none of it static, global or behind a pointer that copies share",
+                  step));
 }
 
 void report_time_step(const Vector& once, const Vector& twice, std::vector<std::string>& problems) {

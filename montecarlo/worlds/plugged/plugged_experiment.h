@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <exception>
 #include <optional>
@@ -34,18 +36,20 @@ Vector vector_of(const Measurement& z) {
   }
 }
 
-/// What an action threw, in words; nothing where it did not. A stop goes on.
+/// What an action threw; nothing where it did not. A stop goes on.
 template <class Action>
-std::optional<std::string> thrown_by(const Action& action) {
+std::optional<PlugThrown> thrown_by(const Action& action) {
   try {
     action();
     return std::nullopt;
   } catch (const Stopped&) {
     throw;
+  } catch (const PlugMisfit& error) {
+    return PlugThrown{error.what(), true};
   } catch (const std::exception& error) {
-    return error.what();
+    return PlugThrown{error.what()};
   } catch (...) {
-    return "an exception that is no std::exception";
+    return PlugThrown{"an exception that is no std::exception"};
   }
 }
 
@@ -130,16 +134,13 @@ class PluggedExperiment final : public internal::VisitedExperiment {
   RunTrace describe_world() const override { return {}; }
 
   /// What the filter, or the world, said when it threw in this run; empty where it did not.
-  std::string said(std::int64_t run) const {
-    Run play(*this, run);
-    play.visit([](const TraceStep&) {});
-    return play.said();
-  }
+  std::string said(std::int64_t run) const { return thrown_in(run).said; }
 
   /// What is wrong with the plug, as far as a few runs show; empty if nothing.
   std::vector<std::string> problems() const {
     std::vector<std::string> found =
-        internal::plug_problems(*this, [this](std::int64_t run) { return said(run); });
+        internal::plug_problems(*this, [this](std::int64_t run) { return thrown_in(run); });
+    if (found.empty()) check_side_by_side(found);
     if constexpr (requires(const World& w, const State& x, const Vector& d) { w.plus(x, d); }) {
       check_plus(found);
     }
@@ -167,35 +168,40 @@ class PluggedExperiment final : public internal::VisitedExperiment {
           line_(e_.delay_) {}
 
     Outcome visit(const StepVisitor& take) {
-      if (!guarded([&] { start(); })) {
-        TraceStep failed;
-        failed.step = 1;
-        failed.outcome = Outcome::threw;
-        take(failed);
-        return Outcome::threw;
-      }
-      take(shown_);
-      for (std::int64_t k = 1; k <= e_.steps(); ++k) {
-        internal::stop_point();
-        Outcome outcome = Outcome::ok;
-        if (!guarded([&] { outcome = step(k); })) outcome = Outcome::threw;
-        shown_.step = k;
-        shown_.outcome = outcome;
-        if (outcome != Outcome::ok) shown_.nees_dof = shown_.nis_dof = 0;
-        take(shown_);
-        if (outcome != Outcome::ok) return outcome;
+      for (std::int64_t k = 0; k <= e_.steps(); ++k) {
+        if (k > 0) internal::stop_point();
+        take(advance(k));
+        if (shown_.outcome != Outcome::ok) return shown_.outcome;
       }
       return Outcome::ok;
     }
 
+    /// Step k after k − 1; 0: the start, which fails as step 1. What it shows is good until the next one.
+    const TraceStep& advance(std::int64_t k) {
+      Outcome outcome = Outcome::ok;
+      const bool well = guarded([&] {
+        if (k == 0) {
+          start();
+        } else {
+          outcome = step(k);
+        }
+      });
+      if (!well) outcome = Outcome::threw;
+      if (k == 0 && !well) shown_ = TraceStep();
+      if (k > 0 || !well) shown_.step = std::max<std::int64_t>(k, 1);
+      shown_.outcome = outcome;
+      if (outcome != Outcome::ok) shown_.nees_dof = shown_.nis_dof = 0;
+      return shown_;
+    }
+
     const Filter& filter() const { return filter_; }
-    const std::string& said() const { return said_; }
+    const internal::PlugThrown& thrown() const { return thrown_; }
 
    private:
     template <class Action>
     bool guarded(const Action& action) {
-      std::optional<std::string> thrown = internal::plugged::thrown_by(action);
-      if (thrown) said_ = std::move(*thrown);
+      std::optional<internal::PlugThrown> thrown = internal::plugged::thrown_by(action);
+      if (thrown) thrown_ = std::move(*thrown);
       return !thrown;
     }
 
@@ -254,7 +260,7 @@ class PluggedExperiment final : public internal::VisitedExperiment {
     State truth_;
     internal::DelayLine<Measured> line_;
     TraceStep shown_;
-    std::string said_;
+    internal::PlugThrown thrown_;
   };
 
   /// That of the world, or else with plain names and the innovations of the first update of run 0.
@@ -302,6 +308,33 @@ class PluggedExperiment final : public internal::VisitedExperiment {
       sensors.emplace_back(std::move(name), innovations[i].nu.size());
     }
     return sensors;
+  }
+
+  internal::PlugThrown thrown_in(std::int64_t run) const {
+    Run play(*this, run);
+    play.visit([](const TraceStep&) {});
+    return play.thrown();
+  }
+
+  /// Two runs in turn, a step of each, are to the last bit what each of them is alone.
+  void check_side_by_side(std::vector<std::string>& found) const {
+    constexpr std::int64_t kSteps = 20;
+    const std::int64_t last = std::min(kSteps, this->steps());
+    std::array<std::vector<TraceStep>, 2> alone;
+    for (std::size_t run = 0; run < alone.size(); ++run) {
+      Run play(*this, static_cast<std::int64_t>(run));
+      for (std::int64_t k = 0; k <= last; ++k) {
+        alone[run].push_back(play.advance(k));
+        if (alone[run].back().outcome != Outcome::ok) return;
+      }
+    }
+    Run first(*this, 0), second(*this, 1);
+    for (std::int64_t k = 0; k <= last; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const bool same_first = internal::same_step(first.advance(k), alone[0][i]);
+      const bool same_second = internal::same_step(second.advance(k), alone[1][i]);
+      if (!same_first || !same_second) return internal::report_shared_state(k, found);
+    }
   }
 
   /// minus(plus(x, d), x) = d for small d.

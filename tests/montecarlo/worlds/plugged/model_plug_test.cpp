@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/nan.h"
+
 namespace credence::internal {
 namespace {
 
@@ -66,6 +68,11 @@ TEST(FunctionModel, NamesWhatDoesNotFit) {
       {[](FunctionModel& m) { m.Q = Matrix::Identity(2, 2); }, "Q is 2x2: expected 3x3"},
       {[](FunctionModel& m) { m.P0 = Matrix::Identity(3, 4); }, "P0 is 3x4: expected 3x3"},
       {[](FunctionModel& m) { m.R = Matrix::Identity(2, 3); }, "R is 2x3: expected 2x2"},
+      {[](FunctionModel& m) { m.Q(1, 1) = kNaN; }, "Q is not finite"},
+      {[](FunctionModel& m) { m.R(0, 1) += 0.1; }, "R is not symmetric"},
+      {[](FunctionModel& m) { m.Q(1, 1) = -m.Q(1, 1); }, "Q is not positive semidefinite"},
+      {[](FunctionModel& m) { m.R = -m.R; }, "R is not positive semidefinite"},
+      {[](FunctionModel& m) { m.P0 = -m.P0; }, "P0 is not positive semidefinite"},
       {[](FunctionModel& m) { m.f = m.h; }, "f(mean) has 2 entries: expected 3"},
       {[](FunctionModel& m) { m.h = m.f; }, "h(mean) has 3 entries: expected 2"},
       {[](FunctionModel& m) {

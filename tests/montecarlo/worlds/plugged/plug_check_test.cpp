@@ -147,6 +147,34 @@ TEST(PlugCheck, DimensionsMustBeThoseOfTheLayout) {
   EXPECT_NO_THROW(require_fit(layout, step)) << "a sensor may be silent";
 }
 
+// As embedded filters have it.
+TEST(PlugCheck, ThePOfSinglePrecisionIsSymmetricEnough) {
+  const auto lopsided = [](double share) {
+    return problems_of([share](TraceStep& step, std::int64_t, int) { step.P(0, 1) += share * 2.0; });
+  };
+  EXPECT_THAT(lopsided(5e-7), IsEmpty());
+  EXPECT_THAT(lopsided(2e-5), ElementsAre(HasSubstr("P is not symmetric in run 0 at step 1")));
+}
+
+// A mistake of the plug at a step of any of the first runs is told; what a filter throws there is not.
+TEST(PlugCheck, AMisfitAtALaterStepIsTold) {
+  const ShownRuns runs([](TraceStep& step, std::int64_t run, int) {
+    if (run == 2 && step.step == 3) step.outcome = Outcome::threw;
+  });
+  const auto told = [&](bool misfit) {
+    return plug_problems(runs, [=](std::int64_t) { return PlugThrown{"as it was said", misfit}; });
+  };
+  EXPECT_THAT(told(true), ElementsAre("run 2 ends at step 3: as it was said"));
+  EXPECT_THAT(told(false), IsEmpty());
+}
+
+TEST(PlugCheck, SharedStateIsToldWithItsStep) {
+  std::vector<std::string> problems;
+  report_shared_state(4, problems);
+  EXPECT_THAT(problems, ElementsAre(HasSubstr("filters share state: runs 0 and 1")));
+  EXPECT_THAT(problems, ElementsAre(HasSubstr("from step 4 on")));
+}
+
 TEST(PlugCheck, HalfStepsMayNotDoubleTheNoiseOfEveryState) {
   std::vector<std::string> problems;
   report_time_step(Eigen::Vector3d(1.0, 2.0, 0.0), Eigen::Vector3d(2.5, 2.8, 9.0), problems);

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 
 #include "core/manifold/angle.h"
@@ -19,6 +20,7 @@
 namespace credence::internal {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -266,6 +268,38 @@ TEST(PlugProblems, NamesDimensionsThatDoNotFit) {
   };
   const PluggedExperiment wide(CvWorld(), [] { return Wide(); });
   EXPECT_EQ(wide.said(0), "an error of dimension 2 and P of 3x3 do not fit a state of 2");
+}
+
+TEST(PlugProblems, NamesDimensionsThatDoNotFitLater) {
+  struct Growing : CvFilter {
+    void update(double z) {
+      CvFilter::update(z);
+      if (++updates == 3) nu_ = Vector::Zero(2);
+      if (updates == 3) S_ = Matrix::Identity(2, 2);
+    }
+    int updates = 0;
+  };
+  const PluggedExperiment growing(CvWorld(), [] { return Growing(); }, {.steps = 10});
+  EXPECT_THAT(growing.problems(),
+              ElementsAre("run 0 ends at step 3: an innovation of dimension 2 with S of 2x2 does not fit a "
+                          "sensor of 1"));
+}
+
+// Each run alone is right, and the same twice; two at a time are not.
+TEST(PlugProblems, NamesFiltersThatShareTheirState) {
+  struct Shared {
+    void reset(const CvState& mean, const Matrix& P) const { filter->reset(mean, P); }
+    void predict(double dt) const { filter->predict(dt); }
+    void update(double z) const { filter->update(z); }
+    const CvState& state() const { return filter->state(); }
+    const Matrix& covariance() const { return filter->covariance(); }
+    std::shared_ptr<CvFilter> filter;
+  };
+  const auto one = std::make_shared<CvFilter>();
+  const PluggedExperiment sharing(CvWorld(), [&] { return Shared{one}; }, {.steps = 10});
+  EXPECT_THAT(sharing.problems(), ElementsAre(HasSubstr("filters share state")));
+  const PluggedExperiment own(CvWorld(), [] { return Shared{std::make_shared<CvFilter>()}; }, {.steps = 10});
+  EXPECT_THAT(own.problems(), IsEmpty());
 }
 
 TEST(PlugProblems, NamesAWrongJacobian) {
