@@ -10,8 +10,9 @@ namespace {
 
 constexpr int kMostEvaluations = 500;
 constexpr double kTolerance = 1e-3;        // of the scales
+constexpr double kGainOfRestart = 1e-3;    // of the sum of the scores
 constexpr double kLongestFirstStep = 1.0;  // in φ
-constexpr double kRefused = -1e300;        // NLopt wants a number
+constexpr int kMostRestartsOfSearch = 5;   // from the best point, where some have no scores
 
 /// The search in the free coordinates over their scales, with the best point so far.
 class Search {
@@ -34,10 +35,27 @@ class Search {
     const UnitScores first = model_.scores(best_.phi, false);
     best_.ok = first.ok;
     if (!first.ok) return best_;
-    best_.value = first.sum();
+    best_.value = worst_ = first.sum();
     if (free_.empty()) return best_;
+    if (model_.has_gradient()) soften();
+    double step = 1.0;
+    for (int i = 0; i <= kMostRestartsOfSearch; ++i) {
+      const double before = best_.value;
+      refused_ = 0;
+      search_from_best(step);
+      // Points without scores bend the model of what is around them.
+      if (refused_ == 0 || (i > 0 && best_.value < before + kGainOfRestart)) break;
+      step *= 0.5;
+    }
+    return best_;
+  }
+
+ private:
+  void search_from_best(double first_step) {
     std::vector<double> x;
-    for (const Index i : free_) x.push_back(best_.phi[i] / scale_[i]);
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      x.push_back(std::clamp(best_.phi[free_[i]] / scale_[free_[i]], lower_[i], upper_[i]));
+    }
     nlopt::opt search(model_.has_gradient() ? nlopt::LD_SLSQP : nlopt::LN_BOBYQA,
                       static_cast<unsigned>(free_.size()));
     search.set_max_objective(&Search::objective, this);
@@ -45,21 +63,15 @@ class Search {
     search.set_upper_bounds(upper_);
     search.set_xtol_abs(kTolerance);
     search.set_maxeval(kMostEvaluations);
-    if (model_.has_gradient()) {
-      soften();
-    } else {
-      search.set_initial_step(1.0);
-    }
+    if (!model_.has_gradient()) search.set_initial_step(first_step);
     double value = 0.0;
     try {
       search.optimize(x, value);
     } catch (const std::runtime_error&) {
       // A line search that rounding ends: the best point is kept all the same.
     }
-    return best_;
   }
 
- private:
   /// The first step is as long as the gradient: from far away it would jump over everything.
   void soften() {
     const Vector gradient = model_.scores(best_.phi, true).gradient.rowwise().sum();
@@ -81,12 +93,14 @@ class Search {
     const UnitScores scores = model_.scores(phi, !gradient.empty());
     if (!scores.ok) {
       for (double& g : gradient) g = 0.0;
-      return kRefused;
+      ++refused_;
+      return (worst_ - 1.0) * softening_;
     }
     for (std::size_t i = 0; i < gradient.size(); ++i) {
       gradient[i] = scores.gradient.row(free_[i]).sum() * scale_[free_[i]] * softening_;
     }
     const double value = scores.sum();
+    worst_ = std::min(worst_, value);
     if (value > best_.value) {
       best_.value = value;
       best_.phi = phi;
@@ -101,6 +115,8 @@ class Search {
   std::vector<Index> free_;
   std::vector<double> lower_, upper_;
   double softening_ = 1.0;  ///< of the objective
+  double worst_ = 0.0;      ///< score so far
+  int refused_ = 0;         ///< points of this search without scores
 };
 
 }  // namespace

@@ -20,7 +20,8 @@ struct Maximum {
 
 /// The maximum over the coordinates with `free`, the others staying at `start`, by NLopt: sequential
 /// quadratic programming [Kraft 1994] where the model has a gradient, else bound optimisation by quadratic
-/// approximation [Powell 2009]. A point without scores counts as minus infinity.
+/// approximation [Powell 2009]. A point without scores counts as lower than all that have
+/// some; where there was one, the search begins again from the best, with half the step, while that gains.
 ///
 /// scale: by how much each coordinate has to move for the sum to change by about 1; the search ends where
 /// nothing moves by a thousandth of it. Throws std::invalid_argument for a start outside the box.

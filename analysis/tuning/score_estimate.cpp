@@ -1,6 +1,7 @@
 #include "analysis/tuning/score_estimate.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
@@ -11,6 +12,8 @@ namespace {
 constexpr double kDifference = 1e-2;  // of the scales: the cubic term is 1e-4 of the curvature
 constexpr int kMostNewtonSteps = 8;
 constexpr double kGain = 1e-6;
+constexpr int kMostHalvings = 6;        // of a Newton step
+constexpr double kWorthHalving = 1e-2;  // decrement
 
 std::vector<Index> numbers_of(const std::vector<bool>& free) {
   std::vector<Index> of;
@@ -52,6 +55,27 @@ bool measure_curve(const ScoreModel& model, const Vector& scale, ScoreEstimate& 
   return true;
 }
 
+/// The estimate after a move, or a half, a quarter, … of it: the first that scores higher; nothing if none.
+std::optional<ScoreEstimate> moved(const ScoreModel& model, const SearchBox& box, const Vector& scale,
+                                   const ScoreEstimate& from, const Vector& move) {
+  double share = 1.0;
+  for (int halving = 0; halving <= kMostHalvings; ++halving, share *= 0.5) {
+    ScoreEstimate next = from;
+    for (std::size_t i = 0; i < next.free.size(); ++i) {
+      const Index c = next.free[i];
+      const double to = next.phi[c] + share * move[static_cast<Index>(i)];
+      next.phi[c] = std::clamp(to, box.lower[c], box.upper[c]);
+    }
+    if (halving > 0) {
+      const UnitScores there = model.scores(next.phi, false);
+      if (!there.ok || there.sum() <= from.value) continue;
+    }
+    if (measure_curve(model, scale, next) && next.value > from.value) return next;
+    if (from.decrement < kWorthHalving) break;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Matrix ScoreEstimate::sandwich() const {
@@ -69,13 +93,9 @@ ScoreEstimate estimate_score(const ScoreModel& model, const Vector& start, const
     const Vector move = estimate.covariance * gradient;
     estimate.decrement = gradient.dot(move);
     if (estimate.decrement < kGain) return estimate;
-    ScoreEstimate next = estimate;
-    for (std::size_t i = 0; i < next.free.size(); ++i) {
-      const Index c = next.free[i];
-      next.phi[c] = std::clamp(next.phi[c] + move[static_cast<Index>(i)], box.lower[c], box.upper[c]);
-    }
-    if (!measure_curve(model, scale, next) || next.value <= estimate.value) return estimate;
-    estimate = std::move(next);
+    std::optional<ScoreEstimate> next = moved(model, box, scale, estimate, move);
+    if (!next) return estimate;
+    estimate = std::move(*next);
   }
   return estimate;
 }

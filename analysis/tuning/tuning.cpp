@@ -11,6 +11,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/normal_quantile.h"
 #include "core/linear_algebra/cholesky.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 constexpr double kReach = 1e6;          // factor within which one is sought, from where the search begins
 constexpr int kMostRestarts = 3;        // from the end of a search
 constexpr double kWidestScale = 1.0;    // of the first steps of a search, in φ
+constexpr double kNotConverged = 0.1;   // decrement at the end of a search
 constexpr double kContradiction = 4.0;  // standard errors
 constexpr double kBetter = 1e-3;        // of the sum of the scores
 constexpr int kResamples = 1000;
@@ -330,7 +332,14 @@ class Tuner {
                         tuning_.coordinates[static_cast<std::size_t>(i)], r));
       }
     }
-    if (tuning_.misspecified) {
+    if (tuning_.estimate.decrement > kNotConverged) {
+      notes.push_back(
+          fmt::format("The search did not converge: the slope at its end promises to raise the score by {} "
+                      "more. The values "
+                      "are those of the best trial; a filter that fails at some trials makes it so, or a "
+                      "score that jumps.",
+                      number_text(0.5 * tuning_.estimate.decrement, 2)));
+    } else if (tuning_.misspecified) {
       notes.push_back(fmt::format(
           "The scores vary {:.2f} times as much as they would if the tuned filter were right: intervals are "
           "by the sandwich, and no noise of this form makes the filter right.",

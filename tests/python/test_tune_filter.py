@@ -79,3 +79,30 @@ def test_ctrl_c_is_not_swallowed():
 
     with pytest.raises(KeyboardInterrupt):
         credence.tune_filter(World(), Interrupted, {"q": 2.0}, runs=40, steps=10)
+
+
+@pytest.mark.parametrize("wrong", [{"runs": 80.0}, {"runs": 0}, {"steps": "a"}, {"seed": -1}, {"noise_group": 0.5}])
+def test_numbers_that_are_none_are_named(wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"{name} = .*: expected a whole number from"):
+        credence.tune_filter(World(), Scaled, {"q": 1.0}, **{"runs": 5, "steps": 5, **wrong})
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 5])
+def test_trials_that_fail_do_not_end_the_search(seed):
+    class Limited(Scaled):
+        def __init__(self, q=1.0, r=1.0):
+            super().__init__(q, r)
+            self.lost = q > 4.0
+
+        def update(self, z):
+            super().update(z)
+            if self.lost:
+                raise RuntimeError("lost lock")
+
+    whole = credence.tune_filter(World(), Scaled, {"q": 1.0, "r": 0.3}, runs=40, steps=60, seed=seed)
+    tuning = credence.tune_filter(World(), Limited, {"q": 1.0, "r": 0.3}, runs=40, steps=60, seed=seed)
+    for name in ("q", "r"):
+        p, right = tuning.parameters[name], whole.parameters[name]
+        assert abs(math.log(p.value / right.value)) < 0.1 * math.log(right.upper / right.lower)
+    assert not any("no noise of this form" in note or "did not converge" in note for note in tuning.notes)

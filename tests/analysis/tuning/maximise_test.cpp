@@ -74,6 +74,17 @@ TEST(Maximise, GoesRoundPointsWithoutScores) {
   }
 }
 
+// A wall beside the top, on the way to which the search meets it from everywhere.
+TEST(Maximise, FindsATopBesidePointsWithoutScores) {
+  for (const double start : {-3.0, -1.0, 0.0, 0.8}) {
+    const QuadraticScore score(Vector{{1.0, 1.0, 1.0}}, some_curvature(), false, 1.02);
+    const Maximum found =
+        maximise(score, Vector::Constant(3, start), kWideBox, kAllFree, scales_of(some_curvature()));
+    ASSERT_TRUE(found.ok);
+    EXPECT_NEAR(found.value, 0.0, 0.02) << start;
+  }
+}
+
 TEST(Maximise, RefusesAStartOutsideItsBounds) {
   const QuadraticScore score(Vector::Zero(3), some_curvature());
   for (const double out : {-20.5, 20.5}) {
