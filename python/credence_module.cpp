@@ -110,32 +110,28 @@ class Collector {
 
   void add(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing, int threads,
            const std::map<std::int64_t, Failure>& failures) {
-    ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
-    arrays.first_run = evidence_.study.runs;
-    for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
-    for (const auto& [run, failure] : failures) {
-      const auto& [step, outcome, said] = failure;
-      ArrayRun& failed = arrays.runs.at(static_cast<std::size_t>(run));
-      failed.failure = RunFailure{.run = run, .step = step, .outcome = outcome_named(outcome)};
-      failed.steps = std::min(failed.steps, step - 1);
-      failures_said_.emplace(arrays.first_run + run, said);
-    }
+    const ArrayRuns arrays = runs_of(bundles, indexing, failures);
+    for (const auto& [run, failure] : failures)
+      failures_said_.emplace(arrays.first_run + run, std::get<2>(failure));
     evidence_.merge(interruptible([&](const auto& stop, const auto&) {
       return add_arrays(arrays, threads, &stop, &calibration_, &judged_);
     }));
   }
 
-  /// Looks for mistakes of units in the runs that are added next, to tell of them.
-  void look(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing) {
-    ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
-    for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
+  /// Looks for mistakes of who made these runs, to tell of them. `played`: they were played, so that their
+  /// axes are known, and no run is a copy.
+  void look(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing,
+            const std::map<std::int64_t, Failure>& failures, bool played) {
+    const ArrayRuns arrays = runs_of(bundles, indexing, failures);
     mistakes_ = interruptible([&](const auto& stop, const auto&) {
       const StopScope scope(&stop);
       try {
-        copies_ = array_copies(arrays);
-        return array_mistakes(arrays);
+        if (!played) copies_ = array_copies(arrays);
+        ArrayMistakes mistakes = array_mistakes(arrays);
+        if (played) mistakes.swapped_axes.clear();
+        return mistakes;
       } catch (const Stopped&) {
-        return std::vector<std::string>();
+        return ArrayMistakes();
       }
     });
   }
@@ -153,8 +149,13 @@ class Collector {
                      .margin = within,
                      .times = StepTimes::every(dt),
                      .copies = copies_.many() ? copies_.says : std::string()},
-                    !mistakes_.empty(), runs);
-    runs.remarks = std::move(mistakes_);
+                    {.explained = !mistakes_.said.empty(), .swapped_axes = !mistakes_.swapped_axes.empty()},
+                    runs);
+    if (mistakes_.swapped_axes.empty()) {
+      runs.remarks = std::move(mistakes_.said);
+    } else {
+      runs.remarks = {std::move(mistakes_.swapped_axes)};
+    }
     if (!copies_.says.empty()) runs.remarks.push_back(std::move(copies_.says));
     std::ranges::move(judged_.sentences(), std::back_inserter(runs.remarks));
     runs.failures_said = std::move(failures_said_);
@@ -168,6 +169,20 @@ class Collector {
   }
 
  private:
+  ArrayRuns runs_of(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing,
+                    const std::map<std::int64_t, Failure>& failures) const {
+    ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
+    arrays.first_run = evidence_.study.runs;
+    for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
+    for (const auto& [run, failure] : failures) {
+      const auto& [step, outcome, said] = failure;
+      ArrayRun& failed = arrays.runs.at(static_cast<std::size_t>(run));
+      failed.failure = RunFailure{.run = run, .step = step, .outcome = outcome_named(outcome)};
+      failed.steps = std::min(failed.steps, step - 1);
+    }
+    return arrays;
+  }
+
   void add_runs(const ArrayBundle& bundle, ArrayRuns& arrays) const {
     const Index n = std::ssize(layout_.states);
     const Doubles& lead = bundle.error ? *bundle.error : std::get<0>(bundle.innovations.front());
@@ -201,7 +216,7 @@ class Collector {
   Evidence evidence_;
   CalibrationUnits calibration_;
   std::map<std::int64_t, std::string> failures_said_;
-  std::vector<std::string> mistakes_;
+  ArrayMistakes mistakes_;
   CopiedRuns copies_;
   JudgedStates judged_;
 };

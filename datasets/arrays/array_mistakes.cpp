@@ -1,31 +1,16 @@
 #include "datasets/arrays/array_mistakes.h"
 
-#include <utility>
+#include <algorithm>
 
 #include "core/stop_point.h"
 #include "datasets/arrays/array_reader.h"
 #include "datasets/logs/conventions/angle_units.h"
 #include "datasets/logs/conventions/innovation_repeats.h"
 #include "datasets/logs/conventions/step_conventions.h"
+#include "datasets/logs/conventions/swapped_axes.h"
 
 namespace credence::internal {
 namespace {
-
-/// Keeps what is said.
-class SaidSink final : public LogSink {
- public:
-  explicit SaidSink(std::vector<std::string>& said) : said_(said) {}
-
-  void begin_run(const RunLayout& /*layout*/) override {}
-  void add(const Step& /*step*/) override {}
-  void end_run(Outcome /*outcome*/, std::int64_t /*step*/) override {}
-  void remark(std::string sentence) override { said_.push_back(std::move(sentence)); }
-  void unmatched(std::int64_t /*rows*/) override {}
-  void advance(std::int64_t /*bytes*/) override {}
-
- private:
-  std::vector<std::string>& said_;
-};
 
 /// A state alone, without the innovations, which nothing is asked of here.
 ArrayRuns states_of(const ArrayRuns& arrays) {
@@ -55,14 +40,34 @@ void look_at_innovations(const ArrayRuns& arrays, LogSink& sink) {
   repeats.finish();
 }
 
+/// Of runs in one array; those of a list have no axis that could be another one.
+std::string swapped_axes(const ArrayRuns& states) {
+  if (states.indexing != ArrayIndexing::stacked) return "";
+  constexpr std::int64_t kRunsAndSteps = 128;  // all that is asked for
+  SwappedAxes axes;
+  ArrayReader reader(states);
+  Step step;
+  for (std::int64_t run = 0; run < std::min(kRunsAndSteps, std::ssize(states.runs)); ++run) {
+    stop_point();
+    axes.begin_run();
+    const std::int64_t steps = states.runs[static_cast<std::size_t>(run)].steps;
+    for (std::int64_t row = 0; row < std::min(kRunsAndSteps, steps); ++row) {
+      reader.read(run, row, step);
+      axes.add(step);
+    }
+  }
+  return axes.says();
+}
+
 }  // namespace
 
-std::vector<std::string> array_mistakes(const ArrayRuns& arrays) {
-  std::vector<std::string> said;
-  SaidSink sink(said);
+ArrayMistakes array_mistakes(const ArrayRuns& arrays) {
+  ArrayMistakes mistakes;
+  SaidSink sink(mistakes.said);
   look_at_innovations(arrays, sink);
-  if (!arrays.layout.has_truth) return said;
+  if (!arrays.layout.has_truth) return mistakes;
   const ArrayRuns states = states_of(arrays);
+  mistakes.swapped_axes = swapped_axes(states);
   std::int64_t rows = 0;
   bool has_estimates = false;
   for (const ArrayRun& run : states.runs) {
@@ -87,7 +92,7 @@ std::vector<std::string> array_mistakes(const ArrayRuns& arrays) {
   }
   conventions.finish();
   units.finish();
-  return said;
+  return mistakes;
 }
 
 }  // namespace credence::internal

@@ -7,9 +7,15 @@
 
 namespace credence::internal {
 
+/// What looks like a mistake of who made the arrays, in sentences.
+struct ArrayMistakes {
+  std::vector<std::string> said;
+  std::string swapped_axes;  ///< (steps, runs, n) for (runs, steps, n); empty: not
+};
+
 /// What a log of the same numbers is told of mistakes of units and conventions (StepConventions, AngleUnits,
-/// InnovationRepeats), in sentences; of some thousand rows, evenly spread, of innovations the first, or of
+/// InnovationRepeats, SwappedAxes); of some thousand rows, evenly spread, of innovations the first, or of
 /// all where there are estimates. Throws as ArrayReader does.
-std::vector<std::string> array_mistakes(const ArrayRuns& arrays);
+ArrayMistakes array_mistakes(const ArrayRuns& arrays);
 
 }  // namespace credence::internal

@@ -39,7 +39,7 @@ struct Group {
   std::int64_t unmatched = 0, unexplained = 0;
   TruthFit truth_fit = TruthFit::none;
   std::size_t files = 0;  ///< that were begun
-  bool interrupted = false;
+  bool interrupted = false, swapped_axes = false;
   std::exception_ptr error;
 };
 
@@ -174,6 +174,10 @@ class GroupSink final : public LogSink {
   }
   void mistake(std::string sentence) override {
     group_.remarks.push_back({file_, std::move(sentence), false, true});
+  }
+  void swapped_axes(std::string sentence) override {
+    group_.swapped_axes = true;
+    mistake(std::move(sentence));
   }
   void unexplained() override { ++group_.unexplained; }
   void charts(ChartFindings findings) override { poses().charts = std::move(findings); }
@@ -349,6 +353,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     result.unmatched_rows += group.unmatched;
     result.truth_fit = std::max(result.truth_fit, group.truth_fit);
     unexplained += group.unexplained;
+    result.swapped_axes = result.swapped_axes || group.swapped_axes;
     result.files += static_cast<std::int64_t>(group.files);
     interrupted = interrupted || group.interrupted;
     ++merged;

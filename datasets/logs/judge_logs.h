@@ -52,6 +52,7 @@ struct LogJudgeResult {
   CalibrationUnits calibration{};
   StepTimes times{};
   bool complete = true;
+  bool swapped_axes = false;  ///< LogSink::swapped_axes of a file
 
   /// A remark says why P misfits: that its scale is wrong is then no cause.
   bool explained() const;

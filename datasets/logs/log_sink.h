@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "analysis/evidence/verdicts/truth_fit.h"
 #include "core/record/run_layout.h"
@@ -47,6 +48,24 @@ class LogSink {
   virtual void advance(std::int64_t bytes) = 0;
   /// As hint, of what is a mistake of the file's author beyond doubt.
   virtual void mistake(std::string sentence) { remark(std::move(sentence)); }
+  /// As mistake, of runs and steps that look swapped: then nothing is to be judged.
+  virtual void swapped_axes(std::string sentence) { mistake(std::move(sentence)); }
+};
+
+/// Keeps what is said.
+class SaidSink final : public LogSink {
+ public:
+  explicit SaidSink(std::vector<std::string>& said) : said_(said) {}
+
+  void begin_run(const RunLayout& /*layout*/) override {}
+  void add(const Step& /*step*/) override {}
+  void end_run(Outcome /*outcome*/, std::int64_t /*step*/) override {}
+  void remark(std::string sentence) override { said_.push_back(std::move(sentence)); }
+  void unmatched(std::int64_t /*rows*/) override {}
+  void advance(std::int64_t /*bytes*/) override {}
+
+ private:
+  std::vector<std::string>& said_;
 };
 
 /// Takes nothing, of a pass that only looks.
@@ -74,6 +93,7 @@ class ForwardingSink : public LogSink {
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
   void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
   void mistake(std::string sentence) override { next_.mistake(std::move(sentence)); }
+  void swapped_axes(std::string sentence) override { next_.swapped_axes(std::move(sentence)); }
   void unexplained() override { next_.unexplained(); }
   void charts(ChartFindings findings) override { next_.charts(std::move(findings)); }
   void time_offset(TimeOffset offset) override { next_.time_offset(std::move(offset)); }

@@ -7,14 +7,15 @@
 
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
+#include "datasets/replay/beacon_extraction.h"
 
 namespace credence::internal {
 namespace {
 
-using Filter = EkfSlam<PlanarModel>;
+using BeaconFilter = EkfSlam<PlanarModel>;
 
 /// EKF with every beacon an anchor: no landmark is a state.
-Filter localisation(const CarparkLog& log, const Pose& start) {
+BeaconFilter localisation(const CarparkLog& log, const Pose& start) {
   const ReplaySettings acfr = carpark_settings();
   const double steering = acfr.noise.steering_std_deg * kRadiansPerDegree;
   const double bearing = acfr.noise.bearing_std_deg * kRadiansPerDegree;
@@ -24,8 +25,9 @@ Filter localisation(const CarparkLog& log, const Pose& start) {
   std::vector<Anchor<PlanarModel>> anchors;
   for (std::size_t i = 0; i < log.beacons_m.size(); ++i)
     anchors.push_back({static_cast<int>(i), log.beacons_m[i]});
-  Filter filter(PlanarModel{Vehicle{VehicleKind::car, {}}, 0.0}, diagonal(acfr.noise.speed_std, steering),
-                diagonal(acfr.noise.range_std, bearing), {}, anchors);
+  BeaconFilter filter(PlanarModel{Vehicle{VehicleKind::car, {}}, 0.0},
+                      diagonal(acfr.noise.speed_std, steering), diagonal(acfr.noise.range_std, bearing), {},
+                      anchors);
   const double heading = 5 * kRadiansPerDegree;
   filter.reset(start, Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.01, heading * heading).asDiagonal()));
   return filter;
@@ -68,7 +70,7 @@ ScanObservations associate_scan(const CarparkLog& log, const CarparkScan& scan, 
   return result;
 }
 
-void correct(Filter& filter, const std::vector<LoggedObservation>& scan) {
+void correct(BeaconFilter& filter, const std::vector<LoggedObservation>& scan) {
   std::vector<Observation<PlanarModel>> observations;
   for (const LoggedObservation& observation : scan) {
     const auto same =
@@ -111,7 +113,7 @@ void check_association(const std::vector<ScanObservations>& scans) {
 
 std::vector<ScanObservations> associate_by_survey(const CarparkLog& log, double heading_rad,
                                                   double max_distance_m) {
-  Filter filter = localisation(log, carpark_start(log, heading_rad));
+  BeaconFilter filter = localisation(log, carpark_start(log, heading_rad));
   std::vector<ScanObservations> result;
   Control control = Control::Zero();
   double time_s = log.events.front().time_s;

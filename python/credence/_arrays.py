@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
@@ -237,7 +237,23 @@ def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
     return sorted(found)
 
 
-def state_names(names: "Optional[list[str]]", n: int) -> "list[str]":
+_ANGLE = ":angle"
+
+
+def states_of(names: "Optional[Sequence[str]]", angles: Any, n: int) -> "tuple[list[str], np.ndarray]":
+    """The n names, and which states are angles in rad: those that `angles` says, and those named "heading:angle", which
+    are then "heading", as in every other place where states have names."""
+    written = _state_names(names, n)
+    states = [name.removesuffix(_ANGLE) for name in written]
+    if len(set(states)) != n or not all(states):
+        raise ValueError("names must be different words, one for each state, ':angle' not counted")
+    angle = np.array([name.endswith(_ANGLE) for name in written], dtype=bool)
+    if angles is not None:
+        angle[indices(angles, states, "angles")] = True
+    return states, angle
+
+
+def _state_names(names: "Optional[Sequence[str]]", n: int) -> "list[str]":
     if names is None:
         return [f"x{i + 1}" for i in range(n)]
     names = list(names)

@@ -7,7 +7,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import float_array, following, indices, leading, require_distinct, require_text, state_names
+from ._arrays import float_array, following, indices, leading, require_distinct, require_text, states_of
 from ._result import Result
 
 Progress = Callable[[float, float], Any]
@@ -64,10 +64,7 @@ def collector(
     inflated: bool,
 ):
     """Where runs with a state of n and these sensors (name, dimension, that of one observation, its angles) are added up."""
-    states = state_names(names, n) if has_truth else []
-    angle = np.zeros(len(states), dtype=bool)
-    if angles is not None:
-        angle[indices(angles, states, "angles")] = True
+    states, angle = states_of(names, angles, n) if has_truth else ([], np.zeros(0, dtype=bool))
     if blocks is not None and not isinstance(blocks, Mapping):
         raise ValueError(f"blocks = {blocks!r}: expected a dict of names and their states")
     of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
@@ -88,6 +85,12 @@ def _require_between(value: Any, argument: str, least: float, most: float) -> No
 
 def require_confidence(confidence: float) -> None:
     _require_between(confidence, "confidence", 0.5, 0.999999)
+
+
+def require_whole(value: Any, argument: str, least: int, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        raise ValueError(f"{argument} = {value!r}: expected a whole number from {least} to {most}")
+    return int(value)
 
 
 def require_threads(threads: int) -> None:
@@ -129,7 +132,8 @@ def check(
     S: float64 (runs, steps, m, m), its covariance, as P; a dict with the same keys.
     estimate: float64 (runs, steps, n), where error is estimate − truth, of angles wrapped. With it measurements that
         arrive late are told from other causes: the errors then point back along the way. Not read where the error is NaN.
-    names: one for each state; "pose.x", "pose.y" are a block "pose". Without names each state is a block.
+    names: one for each state; "pose.x", "pose.y" are a block "pose", "heading:angle" is an angle in rad. Without names
+        each state is a block.
     angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
     innovation_angles: the components of an innovation (of one observation) that are angles in rad, by number from 0 or
         booleans, True for all: one beyond half a turn was not wrapped, and is named as a cause. A dict: for each sensor.
@@ -213,5 +217,5 @@ def check(
     ]
     runs = collector(names, angles, blocks, n, sensors, error is not None, nonlinear, inflated)
     runs.add(bundles, shape.indexing, threads, {})
-    runs.look(bundles, shape.indexing)
+    runs.look(bundles, shape.indexing, {}, False)
     return Result(runs.judge(name, "arrays", confidence, sensitivity, within, dt))

@@ -101,7 +101,13 @@ class Collector:
         threads: int,
         failures: dict[int, tuple[int, str, str]],
     ) -> None: ...
-    def look(self, bundles: Sequence[Bundle], indexing: Indexing) -> None: ...
+    def look(
+        self,
+        bundles: Sequence[Bundle],
+        indexing: Indexing,
+        failures: "dict[int, tuple[int, str, str]]",
+        played: bool,
+    ) -> None: ...
     def judge(
         self, name: str, source: str, confidence: float, sensitivity: bool, within: float = 0.1, dt: float = 0.0
     ) -> Told: ...

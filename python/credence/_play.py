@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import warnings
 from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, Optional
 
@@ -39,7 +40,12 @@ class Switches:
     measurement_delay: int = 0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.measurement_delay, (int, np.integer)) or self.measurement_delay < 0:
+        for key, value in vars(self).items():
+            whole = key in ("student_dof", "measurement_delay")
+            kinds = (int, np.integer) if whole else (int, float, np.integer, np.floating)
+            if isinstance(value, bool) or not isinstance(value, kinds):
+                raise ValueError(f"noise['{key}'] = {value!r}: expected a {'whole ' if whole else ''}number")
+        if self.measurement_delay < 0:
             raise ValueError(f"noise['measurement_delay'] = {self.measurement_delay}: expected whole steps, from 0 on")
 
 
@@ -104,6 +110,7 @@ class Chunk:
     estimate: Optional[np.ndarray]  # where the error is its difference from the truth
     there: Optional[np.ndarray] = None  # the states that the filter has; None: all
     failures: "dict[int, tuple[int, str, str]]" = field(default_factory=dict)
+    no_batch: str = ""  # what a batch of these runs threw, each of which is well alone
 
 
 def _shown(value: Any, name: str, shape: "tuple[int, ...]", runs: int) -> np.ndarray:
@@ -309,6 +316,7 @@ def _joined(parts: "list[Chunk]") -> Chunk:
         np.concatenate(estimates) if estimates else None,
         there,
     )
+    joined.no_batch = next((part.no_batch for part in parts if part.no_batch), "")
     first = 0
     for part in parts:
         joined.failures.update({first + run: failure for run, failure in part.failures.items()})
@@ -334,17 +342,34 @@ def _play_alone(plan: Plan, run: int) -> Chunk:
 
 def play_batch(plan: Plan, first_run: int, runs: int) -> Chunk:
     """All runs of a batch at once; where that throws, chunk by chunk, and then one by one, to find which."""
+    thrown = ""
     if plan.batch:
         try:
             return _Play(plan, first_run, runs).play()
         except PlugError:
             raise
-        except Exception:
-            pass
+        except Exception as error:  # of the user's code
+            thrown = f"{type(error).__name__}: {error}"
     if plan.batch and runs > CHUNK:
         firsts = range(first_run, first_run + runs, CHUNK)
         return _joined([play_batch(plan, first, min(CHUNK, first_run + runs - first)) for first in firsts])
-    return _joined([_play_alone(plan, run) for run in range(first_run, first_run + runs)])
+    alone = _joined([_play_alone(plan, run) for run in range(first_run, first_run + runs)])
+    if runs > 1 and not any(outcome == "threw" for _, outcome, _ in alone.failures.values()):
+        alone.no_batch = thrown
+    return alone
+
+
+def warn_of_no_batch(chunk: Chunk, told: bool) -> bool:
+    """Warns, unless that was `told`, of runs that no batch could be made of; whether it is told now."""
+    if told or not chunk.no_batch:
+        return told
+    warnings.warn(
+        f"batches cannot be played, as they raise {chunk.no_batch}; each of the runs alone does not: they are played one "
+        "by one, many times slower (batches are given x of (B, n) and z as world.measure makes it)",
+        RuntimeWarning,
+        stacklevel=4,
+    )
+    return True
 
 
 def require_functions(world: Any, made: Any) -> None:

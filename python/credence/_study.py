@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import concurrent.futures
+import concurrent.futures.process
 import dataclasses
 import multiprocessing
 from typing import Any, Callable, Mapping, Optional, Sequence
@@ -10,14 +10,15 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import indices, require_text, state_names
-from ._check import collector, innovation_angles_of, require_confidence
+from ._arrays import require_text, states_of
+from ._check import collector, innovation_angles_of, require_confidence, require_whole
 from ._play import LARGEST_SEED, Chunk, Plan, PlugError, Switches, batch_runs, play_batch, prior_of
-from ._play import require_functions, require_same_twice, require_time_step
+from ._play import require_functions, require_same_twice, require_time_step, warn_of_no_batch
 from ._result import Result
 
 
-_MOST_RUNS = 10**9  # as study.runs of a scenario
+MOST_RUNS, MOST_STEPS = 10**9, 10**7  # as study.runs of a scenario, and as logs have them
+_MOST_WORKERS = 4096
 
 
 def _switches(noise: Optional[Mapping[str, Any]]) -> Switches:
@@ -26,6 +27,36 @@ def _switches(noise: Optional[Mapping[str, Any]]) -> Switches:
         if key not in known:
             raise ValueError(f"noise['{key}']: expected one of {', '.join(known)}")
     return Switches(**(noise or {}))
+
+
+def _play_in_processes(
+    plan: Plan, bounds: "list[tuple[int, int]]", workers: int, add: Callable[[Chunk], None]
+) -> None:
+    """Plays the batches (first run, runs) and hands them on in their order. Whatever ends it, Ctrl-C among it, ends the
+    processes at once."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)  # the script is being imported by a worker: the study that started it tells
+    context = multiprocessing.get_context("spawn")
+    pool = concurrent.futures.ProcessPoolExecutor(workers, mp_context=context)
+    done = 0
+    try:
+        waiting = [pool.submit(play_batch, plan, *b) for b in bounds]
+        for place, future in enumerate(waiting):
+            add(future.result())
+            done += 1
+            waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
+    except BaseException as error:
+        for process in list((getattr(pool, "_processes", None) or {}).values()):
+            process.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
+        if done == 0 and isinstance(error, concurrent.futures.process.BrokenProcessPool):
+            raise RuntimeError(
+                "a process of workers ended before it played a run: the script must call study under "
+                '`if __name__ == "__main__":`, world and filter must be importable (not of a notebook or of stdin), '
+                "and memory must suffice for all of them"
+            ) from None
+        raise
+    pool.shutdown()
 
 
 def study(
@@ -82,11 +113,10 @@ def study(
     An exception of the filter is a failed run, which is counted and named with seed, run and step: the batch is then
     played run by run. Raises PlugError, a ValueError, for a world or filter that is not such.
     """
-    if not (1 <= runs <= _MOST_RUNS and steps >= 1):
-        raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1, and at most {_MOST_RUNS} runs")
-    for key, number in (("seed", seed), ("noise_group", noise_group)):
-        if not isinstance(number, (int, np.integer)) or not 0 <= number <= LARGEST_SEED:
-            raise ValueError(f"{key} = {number!r}: expected a whole number from 0 to {LARGEST_SEED}")
+    runs, steps = require_whole(runs, "runs", 1, MOST_RUNS), require_whole(steps, "steps", 1, MOST_STEPS)
+    seed = require_whole(seed, "seed", 0, LARGEST_SEED)
+    noise_group = require_whole(noise_group, "noise_group", 0, LARGEST_SEED)
+    workers = require_whole(workers, "workers", 1, _MOST_WORKERS)
     require_confidence(confidence)
     made = filter()
     require_functions(world, made)
@@ -94,20 +124,21 @@ def study(
     if hasattr(made, "states") and names is not None:
         names = list(names)
         n = max(n, len(names))
-    states = state_names(names, n)
+    marked = np.flatnonzero(states_of(names, angles, n)[1])
     require_text(name, "name")
-    marked = None if angles is None else indices(angles, states, "angles")
     plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise), n)
     require_same_twice(plan, runs)
     require_time_step(plan)
 
     size = batch_runs(steps, n)
     bounds = [(first, min(size, runs - first)) for first in range(0, runs, size)]
-    collected, sensors = None, []
+    collected, sensors, told = None, [], False
 
     def add(chunk: Chunk) -> None:
-        nonlocal collected, sensors
-        if collected is None:
+        nonlocal collected, sensors, told
+        told = warn_of_no_batch(chunk, told)
+        first = collected is None
+        if first:
             sensors = [
                 (sensor, nu.shape[-1], nu.shape[-1], innovation_angles_of(innovation_angles, sensor, nu.shape[-1]))
                 for sensor, (nu, _) in chunk.innovations.items()
@@ -122,15 +153,12 @@ def study(
             silent = np.full(shape, np.nan), np.broadcast_to(np.eye(m), (*shape, m))
             pairs.append((*chunk.innovations.get(sensor, silent), None))
         bundle = _credence.Bundle(chunk.error, chunk.P, pairs, chunk.estimate)
+        if first:
+            collected.look([bundle], _credence.Indexing.stacked, chunk.failures, True)
         collected.add([bundle], _credence.Indexing.stacked, 0, chunk.failures)
 
     if workers > 1:
-        context = multiprocessing.get_context("spawn")
-        with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
-            waiting = [pool.submit(play_batch, plan, *b) for b in bounds]
-            for place, future in enumerate(waiting):
-                add(future.result())
-                waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
+        _play_in_processes(plan, bounds, workers, add)
     else:
         for first, count in bounds:
             add(play_batch(plan, first, count))

@@ -9,14 +9,12 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import indices, state_names
-from ._check import require_confidence
-from ._play import CHUNK, Chunk, Plan, play_batch, prior_of, require_same_twice
+from ._arrays import states_of
+from ._check import require_confidence, require_whole
+from ._play import CHUNK, LARGEST_SEED, Chunk, Plan, play_batch, prior_of, require_same_twice, warn_of_no_batch
 from ._result import Result
-from ._study import study
+from ._study import MOST_RUNS, MOST_STEPS, study
 from ._tune import Told
-
-_LARGEST_SEED = 2**63 - 1
 
 
 class FilterTuning(Told):
@@ -112,27 +110,31 @@ def tune_filter(
     Raises ValueError for no factor or one that is not positive, and for a filter that has no scores with its start; PlugError as
     ``study``.
     """
-    if runs < 1 or steps < 1:
-        raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
+    runs, steps = require_whole(runs, "runs", 1, MOST_RUNS), require_whole(steps, "steps", 1, MOST_STEPS)
+    seed = require_whole(seed, "seed", 0, LARGEST_SEED)
+    noise_group = require_whole(noise_group, "noise_group", 0, LARGEST_SEED)
     require_confidence(confidence)
     factors = {name: float(value) for name, value in start.items()}
-    n = prior_of(world)[2]
-    marked = None if angles is None else indices(angles, state_names(names, n), "angles")
+    marked = np.flatnonzero(states_of(names, angles, prior_of(world)[2])[1])
+    told = False
 
     def plan_with(values: Sequence[float]) -> Plan:
         make = functools.partial(filter, **dict(zip(factors, values)))
         return Plan(world, make, steps, seed, noise_group, batch, marked)
 
     def play(values: Sequence[float]):
+        nonlocal told
         plan, scores = plan_with(values), _Scores()
         for first in range(0, runs, CHUNK):
-            scores.add(play_batch(plan, first, min(CHUNK, runs - first)))
+            chunk = play_batch(plan, first, min(CHUNK, runs - first))
+            told = warn_of_no_batch(chunk, told)
+            scores.add(chunk)
         return scores.all()
 
     require_same_twice(plan_with(list(factors.values())), runs)
     tuning = FilterTuning(_credence.tune_filter(list(factors.items()), runs, confidence, play), factors)
     if any(p.identifiable for p in tuning.parameters.values()):
-        fresh = {"runs": runs, "steps": steps, "seed": seed + 1 if seed < _LARGEST_SEED else 0}
+        fresh = {"runs": runs, "steps": steps, "seed": seed + 1 if seed < LARGEST_SEED else 0}
         options = {"noise_group": noise_group, "names": names, "angles": angles, "confidence": confidence, "batch": batch}
         tuning.before = study(world, functools.partial(filter, **factors), **fresh, **options)
         tuning.held_out = study(world, functools.partial(filter, **tuning.factors), **fresh, **options)

@@ -574,3 +574,33 @@ def test_a_result_goes_to_another_process_without_its_report(tmp_path):
     assert not (tmp_path / "out").exists()
     for copied in (copy.copy(result), copy.deepcopy(result)):
         assert os.path.exists(copied.report(tmp_path / "copied"))
+
+
+def test_swapped_axes_are_told_and_not_judged(tmp_path):
+    arrays = play(runs=50, steps=100)
+    swapped = [np.swapaxes(array, 0, 1) for array in arrays]
+    for result in (credence.check(*swapped), credence.check(*swapped[:2])):
+        assert result.verdict == "undecided" and not result.causes
+        assert "swapped" in result.says
+        assert "(steps, runs, n) is given for (runs, steps, n)" in result.remarks[0]
+        assert "swapped" in repr(result)
+    assert not credence.check(*arrays).remarks
+    error, P, nu, S = swapped
+    np.savez(tmp_path / "swapped.npz", error=error, P=P, innovation=nu, S=S)
+    logged = credence.check_logs(str(tmp_path / "swapped.npz"))
+    assert logged.verdict == "undecided" and not logged.causes
+    assert "swapped" in logged.says and any("axes of the arrays look swapped" in r for r in logged.remarks)
+
+
+def test_a_name_says_that_a_state_is_an_angle(tmp_path):
+    random = np.random.default_rng(0)
+    error = 0.1 * random.normal(size=(30, 40, 2))
+    error[..., 1] += 2.0 * np.pi * random.integers(-1, 2, size=(30, 40))
+    P = 0.01 * np.eye(2)
+    named = credence.check(error, P, names=["x", "h:angle"])
+    assert named.verdict == "consistent" and [b.name for b in named.blocks] == ["x", "h"]
+    assert named.to_dict() == credence.check(error, P, names=["x", "h"], angles=["h"]).to_dict()
+    np.savez(tmp_path / "a.npz", error=error, P=np.broadcast_to(P, (30, 40, 2, 2)), names=np.array(["x", "h:angle"]))
+    assert credence.check_logs(str(tmp_path / "a.npz")).p_value == named.p_value
+    with pytest.raises(ValueError, match="different words"):
+        credence.check(error, P, names=["h", "h:angle"])

@@ -1,8 +1,15 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+
 import credence
 import numpy as np
 import pytest
 
-from filters import F, H, Q
+from filters import F, H, Q, R
 from plugs import Filter, Fragile, Optimistic, TimedFilter, TimedWorld, UntimedNoise, World
 
 STUDY = {"runs": 150, "steps": 40, "seed": 4}
@@ -190,7 +197,7 @@ def test_a_prior_that_is_none_is_named(prior):
 
 
 def test_no_study_has_more_runs_than_memory_for_their_list():
-    with pytest.raises(ValueError, match="runs = 1000000000000, steps = 10: expected at least 1, and at most 1000000000"):
+    with pytest.raises(ValueError, match="runs = 1000000000000: expected a whole number from 1 to 1000000000"):
         credence.study(World(), Filter, runs=10**12, steps=10)
 
 
@@ -463,3 +470,153 @@ def test_of_several_sensors_the_clearest_lag_tells_the_cause():
     result = credence.study(TwoSensors(), InTurn, runs=200, steps=60)
     assert result.verdict in ("optimistic", "mixed")
     assert result.causes[0].name == "process noise Q assumed too small"
+
+
+class Turned(World):
+    """Its minus() turns the sign of one state."""
+
+    def minus(self, estimate, truth):
+        return (estimate - truth) * [1.0, -1.0]
+
+
+class Shown:
+    """A right filter that shows something else."""
+
+    def __init__(self):
+        self._own = Filter()
+
+    def __getattr__(self, name):
+        return getattr(self._own, name)
+
+
+class Deviations(Shown):
+    @property
+    def covariance(self):
+        return np.sign(self._own.covariance) * np.sqrt(np.abs(self._own.covariance))
+
+
+class Winding(Shown):
+    @property
+    def state(self):
+        return self._own.state + [0.0, 2.0 * np.pi]
+
+
+def test_mistakes_of_the_numbers_are_told_as_check_tells_them():
+    assert not credence.study(World(), Filter, **STUDY).remarks
+    turned = credence.study(Turned(), Filter, **STUDY)
+    assert "opposite sign" in turned.remarks[0]
+    deviations = credence.study(World(), Deviations, **STUDY)
+    assert "P holds standard deviations" in deviations.remarks[0]
+    assert not any("covariance" in cause.name or "freedom" in cause.name for cause in deviations.causes)
+
+
+def test_an_innovation_that_a_silent_sensor_keeps_is_told():
+    class Seldom(World):
+        def measure(self, x, k, noise):
+            z = super().measure(x, k, noise)
+            return {"often": z, "seldom": z + noise(1)} if k % 5 == 0 else {"often": z}
+
+    class Stale(Filter):
+        def reset(self, mean, P):
+            super().reset(mean, P)
+            self.kept = {}, {}
+
+        def update(self, z):
+            super().update(z["often"])
+            nu, S = self.kept
+            nu["often"], S["often"] = self.innovation, self.S
+            if "seldom" in z:
+                nu["seldom"], S["seldom"] = z["seldom"] - self.state @ H.T, H @ self.covariance @ H.T + R + 1.0
+            self.innovation, self.S = self.kept
+
+    told = credence.study(Seldom(), Stale, **STUDY)
+    assert any("of seldom are those of the row before to the last bit" in remark for remark in told.remarks)
+
+
+def test_a_name_says_that_a_state_is_an_angle():
+    by_name = credence.study(World(), Winding, names=["x", "v:angle"], runs=100, steps=10)
+    by_list = credence.study(World(), Winding, names=["x", "v"], angles=["v"], runs=100, steps=10)
+    assert by_name.to_dict() == by_list.to_dict()
+    assert [b.name for b in by_name.blocks] == ["x", "v"]
+
+
+class Slow(Filter):
+    def update(self, z):
+        time.sleep(0.02)
+        super().update(z)
+
+
+def test_ctrl_c_ends_the_processes_at_once(tmp_path):
+    script = tmp_path / "slow.py"
+    script.write_text(
+        "import credence, test_study as t\n"
+        "if __name__ == '__main__':\n"
+        "    try: credence.study(t.World(), t.Slow, runs=512 * 30, steps=200, workers=2)\n"
+        "    except KeyboardInterrupt: print('interrupted')\n"
+    )
+    path = os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        env={**os.environ, "PYTHONPATH": path},
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    time.sleep(6.0)
+    began = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    try:
+        out = process.communicate(timeout=60.0)[0]
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    assert time.monotonic() - began < 10.0  # the study is of minutes
+    assert "interrupted" in out
+
+
+def test_workers_without_a_main_guard_are_told_of_it(tmp_path):
+    script = tmp_path / "unguarded.py"
+    script.write_text("import credence, plugs\ncredence.study(plugs.World(), plugs.Filter, runs=600, steps=5, workers=2)\n")
+    path = os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+    ended = subprocess.run(
+        [sys.executable, str(script)], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120
+    )
+    assert ended.returncode == 1
+    assert 'if __name__ == "__main__":' in ended.stderr.splitlines()[-1]
+    assert ended.stderr.count("Traceback") == 1
+
+
+class OneByOne(World):
+    """Its z of a batch has another shape than that of one run."""
+
+    def measure(self, x, k, noise):
+        return super().measure(x, k, noise)[:, 0]
+
+
+def test_runs_that_no_batch_can_be_made_of_are_told_once():
+    with pytest.warns(RuntimeWarning, match="batches cannot be played, as they raise ValueError") as warned:
+        told = credence.study(OneByOne(), Filter, runs=600, steps=5)
+    assert len(warned) == 1 and not told.failures
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        failed = credence.study(World(), Fragile, runs=150, steps=40, seed=4)  # whose runs fail by themselves
+        assert failed.failures
+        credence.study(World(), Filter, batch=False, runs=20, steps=5)
+
+
+@pytest.mark.parametrize(
+    "wrong, message",
+    [
+        ({"workers": 0}, "workers = 0: expected a whole number from 1"),
+        ({"workers": -1}, "workers = -1"),
+        ({"runs": 80.0}, "runs = 80.0: expected a whole number"),
+        ({"steps": True}, "steps = True"),
+        ({"seed": -1}, "seed = -1"),
+        ({"noise": {"outlier_rate": "a"}}, "noise\\['outlier_rate'\\] = 'a': expected a number"),
+        ({"noise": {"student_dof": 4.5}}, "noise\\['student_dof'\\] = 4.5: expected a whole number"),
+    ],
+)
+def test_numbers_that_are_none_are_named(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        credence.study(World(), Filter, **{"runs": 10, "steps": 5, **wrong})

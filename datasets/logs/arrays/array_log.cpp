@@ -12,11 +12,13 @@
 
 #include "core/append_item.h"
 #include "core/control_characters.h"
+#include "core/linear_algebra/asymmetry.h"
 #include "core/manifold/angle.h"
 #include "core/utf8.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/log_conventions.h"
+#include "datasets/logs/conventions/swapped_axes.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
@@ -27,7 +29,6 @@ namespace {
 constexpr std::string_view kError = "error", kEstimate = "estimate", kTruth = "truth",
                            kInnovation = "innovation", kS = "S", kObservation = "observation", kR = "R",
                            kNonlinear = "nonlinear", kInflated = "inflated", kTime = "time", kP = "P";
-constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
 // A step beyond this is a mistake, and would ask for gigabytes.
 constexpr std::uint64_t kMostSteps = 10'000'000, kLargestDim = 10'000;
 
@@ -353,7 +354,7 @@ class PairReader {
     }
     if (!matrix.allFinite()) {
       problem = "a covariance is not finite";
-    } else if (!make_symmetric(matrix, kLargestAsymmetry)) {
+    } else if (!make_symmetric(matrix, kMostAsymmetry)) {
       problem = "a covariance is not symmetric";
     }
   }
@@ -437,7 +438,7 @@ class NoiseReader {
   bool take(const double* numbers, std::uint64_t dim) {
     const auto m = static_cast<Index>(dim);
     noise_ = Eigen::Map<const Matrix>(numbers, m, m);
-    return (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_, kLargestAsymmetry);
+    return (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_, kMostAsymmetry);
   }
 
   std::optional<RowReader> steps_;
@@ -616,13 +617,18 @@ bool is_log_array(std::string_view name) {
 
 namespace {
 
-/// `of_difference`: the errors are estimate less truth as it stands.
-void add_estimate(const double* estimate, const RunLayout& layout, bool of_difference, Step& step) {
+void add_estimate(const double* estimate, Step& step) {
   step.estimate.resize(step.error.size());
   for (Index i = 0; i < step.error.size(); ++i) {
+    step.estimate[i] = estimate[static_cast<std::size_t>(step.states[static_cast<std::size_t>(i)])];
+  }
+}
+
+/// As those of every other format.
+void wrap_errors(const RunLayout& layout, Step& step) {
+  for (Index i = 0; i < step.error.size(); ++i) {
     const auto state = static_cast<std::size_t>(step.states[static_cast<std::size_t>(i)]);
-    step.estimate[i] = estimate[state];
-    if (of_difference && layout.angles[state]) step.error[i] = wrap_angle(step.error[i]);
+    if (layout.angles[state]) step.error[i] = wrap_angle(step.error[i]);
   }
 }
 
@@ -649,12 +655,14 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   if (!scalars.empty()) sink.remark(scalars);
   if (std::string square = roles.square_text(); !square.empty()) sink.remark(std::move(square));
   tell_unread(file, roles, layout, sink);
+  SwappedAxes axes;
   Step step;
   std::vector<Index> measured;
   std::vector<std::vector<double>> nis(roles.nis().size());
   for (std::uint64_t run = 0; run < roles.runs(); ++run) {
     if (roles.runs() > 1) sink.run_number(static_cast<double>(run));
     sink.begin_run(layout);
+    axes.begin_run();
     const std::vector<double>& time_s = times.of(run);
     for (std::size_t i = 0; i < nis.size(); ++i)
       file.read(roles.nis()[i].values, run * roles.steps(), roles.steps(), nis[i]);
@@ -662,8 +670,12 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
       step.step = static_cast<std::int64_t>(k) + 1;
       step.line = static_cast<std::int64_t>(run * roles.steps() + k) + 1;
       step.problem = {};
-      if (state) state->read(run, k, step.states, step.error, step.P, step.problem);
-      if (estimate) add_estimate(estimate->row(run, k), layout, roles.truth().has_value(), step);
+      if (state) {
+        state->read(run, k, step.states, step.error, step.P, step.problem);
+        wrap_errors(layout, step);
+        axes.add(step);
+      }
+      if (estimate) add_estimate(estimate->row(run, k), step);
       step.innovations.resize(layout.sensors.size());
       for (std::size_t i = 0; i < sensors.size(); ++i) {
         Innovation& innovation = step.innovations[i];
@@ -682,6 +694,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
       sink.add(step);
     }
   }
+  if (std::string swapped = axes.says(); !swapped.empty()) sink.swapped_axes(std::move(swapped));
   conventions.finish();
 }
 

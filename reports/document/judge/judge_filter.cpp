@@ -4,13 +4,33 @@
 
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "analysis/evidence/sums/evidence_collect.h"
+#include "datasets/logs/conventions/log_conventions.h"
 #include "montecarlo/worlds/plugged/function_bound.h"
 #include "reports/document/judge/judged.h"
 
 namespace credence::internal {
 namespace {
+
+/// What logs of the first runs would be told of mistakes in their numbers (LogConventions), of as many rows
+/// as it looks at.
+std::vector<std::string> mistakes_of(const Experiment& experiment, std::int64_t runs, std::int64_t steps) {
+  constexpr std::int64_t kRows = 4096;
+  std::vector<std::string> said;
+  SaidSink sink(said);
+  LogConventions conventions(sink);
+  for (std::int64_t run = 0; run < runs && run * steps < kRows; ++run) {
+    conventions.sink().begin_run(experiment.layout());
+    experiment.visit(run, [&](const TraceStep& step) {
+      if (step.step > 0 && step.outcome == Outcome::ok) conventions.sink().add(step);
+    });
+  }
+  conventions.finish();
+  return said;
+}
 
 /// Plays all runs and judges them, without a bound.
 CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
@@ -35,6 +55,11 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
                                {.confidence = options.confidence, .times = StepTimes::every(options.dt)});
   logs.analysis.complete = complete;
   if (!complete) return logs;
+  Judgement& judgement = logs.analysis.judgement;
+  if (is_inconsistent(judgement.word.verdict) || !judgement.causes.empty()) {
+    logs.remarks = mistakes_of(experiment, options.runs, options.steps);
+    if (!logs.remarks.empty()) drop_explained_causes(judgement);
+  }
   for (const RunFailure& failure : logs.analysis.evidence.study.failures) {
     if (failure.outcome != Outcome::threw || !said) continue;
     logs.failures_said[failure.run] = fmt::format("seed {}: {}", options.seed, said(failure.run));

@@ -220,7 +220,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
        .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr,
        .run_names = std::move(result.run_names),
        .copies = result.copies.many() ? std::move(result.copies.says) : std::string()},
-      result.explained(), logs);
+      {.explained = result.explained(), .swapped_axes = result.swapped_axes}, logs);
   logs.analysis.complete = result.complete;
   require_something_to_judge(logs, files.front());
   logs.poses = std::move(result.poses);

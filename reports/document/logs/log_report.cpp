@@ -104,6 +104,26 @@ bool told_by_size(Cause cause) {
   return std::ranges::find(kCauses, cause) != std::end(kCauses);
 }
 
+/// Nothing that is told of runs or of time is so where one is the other.
+void leave_swapped_open(Judgement& j) {
+  const std::string open = "the axes of the arrays look swapped: runs are steps, and steps are runs";
+  const auto leave = [&](ConsistencyVerdict& v) {
+    v.verdict = Verdict::undecided;
+    v.reason = open;
+  };
+  leave(j.nees);
+  leave(j.nis);
+  if (j.vehicle_nees) leave(*j.vehicle_nees);
+  for (BlockVerdict& block : j.blocks) leave(block.verdict);
+  for (SensorJudgement& sensor : j.sensors) leave(sensor.nis);
+  j.word.verdict = Verdict::undecided;
+  j.word.says.clear();
+  j.word.joined.clear();
+  j.causes.clear();
+  j.responsible = {};
+  j.scale_covariance = j.scale_innovation = j.scale_measurement_noise = no_scale("the axes look swapped");
+}
+
 }  // namespace
 
 std::vector<std::string> CheckedLogs::all_remarks() const {
@@ -131,7 +151,7 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
 }
 
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
-                     bool explained, CheckedLogs& logs) {
+                     InputMistakes mistakes, CheckedLogs& logs) {
   double effective_rows = 0.0;
   for (const CalibrationRun& run : calibration.runs)
     effective_rows += static_cast<double>(run.whole.rows) / run.correlation_time;
@@ -144,7 +164,16 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
   logs.units = unit_factors(calibration);
   if (logs.calibration.unit_count > 0 && judgement.nees.factor.reason.empty())
     logs.calibration.whole.factor = judgement.nees.factor;
-  if (!explained) return;
+  if (mistakes.swapped_axes) {
+    leave_swapped_open(judgement);
+    logs.calibration = {};
+    logs.units = {};
+  } else if (mistakes.explained) {
+    drop_explained_causes(judgement);
+  }
+}
+
+void drop_explained_causes(Judgement& judgement) {
   const bool innovations_fit = !is_inconsistent(judgement.nis.verdict);
   std::erase_if(judgement.causes, [&](const CauseFound& found) {
     return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));

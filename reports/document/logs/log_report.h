@@ -53,13 +53,22 @@ struct CheckedLogs {
   std::vector<std::string> factor_sentences() const;
 };
 
+/// What remarks say of the numbers themselves.
+struct InputMistakes {
+  bool explained = false;     ///< a mistake is named that makes errors misfit
+  bool swapped_axes = false;  ///< runs are steps, and steps are runs
+};
+
 /// Judges what was collected of logs: their analysis, calibration and units. Where an error stays as it is
 /// over whole runs (LawSums::errors_stand), or lasts for tenths of a few (StretchSums::stand), these are the
 /// units of `calibration`. The factor on the whole P is that of the verdict on NEES, where it has one. Where
 /// a remark names a mistake of the log, so that its errors are `explained`, what they alone tell is no likely
-/// cause.
+/// cause; of swapped axes nothing is judged.
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
-                     bool explained, CheckedLogs& logs);
+                     InputMistakes mistakes, CheckedLogs& logs);
+
+/// Where a mistake is named that makes errors misfit, drops the causes that these errors alone tell.
+void drop_explained_causes(Judgement& judgement);
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read
 /// and what was rejected, what to do and what would mend it. JSON: docs/formats.md. Beside the page: NAME.csv

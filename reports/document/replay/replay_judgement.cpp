@@ -161,7 +161,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
        .times =
            read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr,
        .run_names = std::move(read_logs.run_names)},
-      false, logs);
+      {}, logs);
   logs.remarks = limits_of(judgement, replays, confidence);
   return judgement;
 }

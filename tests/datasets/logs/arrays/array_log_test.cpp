@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <limits>
+#include <random>
 
 #include "core/manifold/angle.h"
 #include "core/nan.h"
@@ -326,6 +328,37 @@ TEST(ArrayLog, an_estimate_and_its_truth_are_an_error_of_wrapped_angles) {
                      "estimate (2, 2) and truth (3, 2): other dimensions");
   expect_array_error(ArraysInMemory().add("estimate", {2, 2}).add("P", {2, 2, 2}),
                      "array error is missing beside P (estimate less truth, or these two)");
+}
+
+TEST(ArrayLog, an_error_of_an_angle_is_wrapped_too) {
+  ArraysInMemory file;
+  file.add("error", {2, 2}, {0.5, 6.0, 7.0, 0.25})
+      .add("P", {2, 2, 2}, {1, 0, 0, 4, 1, 0, 0, 4})
+      .add("names", {2, 7}, {120, 0, 0, 0, 0, 0, 0, 121, 58, 97, 110, 103, 108, 101});
+  const RecordedSink sink = read_in_memory(file);
+  const std::vector<Step>& steps = sink.runs.at(0).steps;
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_EQ(steps[0].error, Eigen::Vector2d(0.5, wrap_angle(6.0)));
+  EXPECT_EQ(steps[1].error, Eigen::Vector2d(7.0, 0.25));
+}
+
+// (steps, runs) for (runs, steps): a drawn series goes down each column.
+TEST(ArrayLog, swapped_axes_are_told) {
+  constexpr std::size_t kRuns = 30, kSteps = 60;
+  std::mt19937_64 generator(4);
+  std::normal_distribution<double> normal;
+  std::vector<double> error(kRuns * kSteps);
+  for (std::size_t i = 0; i < error.size(); ++i)
+    error[i] = i < kRuns ? normal(generator) : 0.9 * error[i - kRuns] + std::sqrt(0.19) * normal(generator);
+  const std::vector<double> P(error.size(), 1.0);
+  ArraysInMemory swapped;
+  swapped.add("error", {kSteps, kRuns, 1}, error).add("P", {kSteps, kRuns, 1, 1}, P);
+  EXPECT_THAT(read_in_memory(swapped).said(), HasSubstr("axes of the arrays look swapped"));
+  std::vector<double> turned(error.size());
+  for (std::size_t i = 0; i < error.size(); ++i) turned[i % kRuns * kSteps + i / kRuns] = error[i];
+  ArraysInMemory right;
+  right.add("error", {kRuns, kSteps, 1}, turned).add("P", {kRuns, kSteps, 1, 1}, P);
+  EXPECT_THAT(read_in_memory(right).said(), ::testing::Not(HasSubstr("swapped")));
 }
 
 TEST(ArrayLog, an_estimate_beside_the_error_leaves_the_error_as_it_is) {

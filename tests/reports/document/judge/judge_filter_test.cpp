@@ -57,6 +57,45 @@ TEST(JudgeFilter, TrustsTheRightModelAndNamesTheWrongOne) {
   EXPECT_LT(wrong.p_value(), 1e-6);
 }
 
+/// A target on a line whose place is measured.
+FunctionModel cart() {
+  FunctionModel model;
+  model.f = [](const Vector& x) { return Vector(Eigen::Vector2d(x[0] + x[1], x[1])); };
+  model.h = [](const Vector& x) { return Vector(x.head<1>()); };
+  model.Q = Eigen::Vector2d(1e-3, 1e-2).asDiagonal();
+  model.R = Matrix::Constant(1, 1, 0.09);
+  model.mean = Vector::Zero(2);
+  model.P0 = Matrix::Identity(2, 2);
+  return model;
+}
+
+/// The right filter, with standard deviations, and roots of covariances, for P.
+struct Deviations : FunctionEkf {
+  using FunctionEkf::FunctionEkf;
+  Matrix covariance() const {
+    return P_.unaryExpr([](double p) { return std::copysign(std::sqrt(std::abs(p)), p); });
+  }
+};
+
+// As of logs of the same numbers.
+TEST(JudgeFilter, TellsAMistakeOfTheNumbersAndNoCauseThatItMakes) {
+  JudgeOptions options = kOptions;
+  options.check_plug = false;  // such a P need not be positive definite
+  const FunctionModel model = cart();
+  const JudgedFilter wrong = judge_filter(
+      FunctionWorld(model), [&] { return Deviations(model); }, options);
+  EXPECT_NE(wrong.verdict(), Verdict::consistent);
+  EXPECT_THAT(wrong.json(), HasSubstr("P holds standard deviations, not variances"));
+  for (const NamedCause& cause : wrong.causes()) {
+    EXPECT_NE(cause.name, to_string(Cause::covariance_scale));
+    EXPECT_NE(cause.name, to_string(Cause::process_or_measurement_noise));
+  }
+  const JudgedFilter right = judge_filter(
+      FunctionWorld(model), [&] { return FunctionEkf(model); }, options);
+  EXPECT_EQ(right.verdict(), Verdict::consistent) << right.text();
+  EXPECT_THAT(right.json(), Not(HasSubstr("It would fit if")));
+}
+
 TEST(JudgeFilter, TellsTimesOfAWorldThatHasThemOrOfTheOptions) {
   FunctionModel believed = radar();
   believed.Q *= 0.1;
@@ -264,7 +303,7 @@ TEST(JudgeFilter, AnEstimateOfOtherStatesThanItSaysIsRefused) {
   };
   EXPECT_THAT(
       said([] { return Silent(); }),
-      HasSubstr("every run fails at the first step, run 0 with: an estimate of 1 states where 4 are"));
+      HasSubstr("run 0 ends at step 1: an estimate of 1 states where 4 are"));
   EXPECT_THAT(said([] { return Wrong(); }), HasSubstr("states(): 7 is none of the 4 states"));
 }
 
