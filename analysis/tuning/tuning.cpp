@@ -335,9 +335,8 @@ class Tuner {
     if (tuning_.estimate.decrement > kNotConverged) {
       notes.push_back(
           fmt::format("The search did not converge: the slope at its end promises to raise the score by {} "
-                      "more. The values "
-                      "are those of the best trial; a filter that fails at some trials makes it so, or a "
-                      "score that jumps.",
+                      "more. The values are those of the best trial; a filter that fails at some trials "
+                      "makes it so, or a score that jumps.",
                       number_text(0.5 * tuning_.estimate.decrement, 2)));
     } else if (tuning_.misspecified) {
       notes.push_back(fmt::format(

@@ -18,10 +18,8 @@ void tell_mean_at_start(const Findings& findings, CauseFound& start) {
     start.cause = Cause::initial_covariance_or_nonlinear_start;
     start.why += fmt::format(
         "; the errors of all runs have a mean in the first fifth of the steps ({}), and hardly one later, "
-        "which "
-        "no P0 makes, but a model that is not linear, or a first estimate that is off in all runs alike, as "
-        "one "
-        "that is set anew while P is kept",
+        "which no P0 makes, but a model that is not linear, or a first estimate that is off in all runs "
+        "alike, as one that is set anew while P is kept",
         p_value_statement(findings.mean_at_steps.p_value));
     return;
   }

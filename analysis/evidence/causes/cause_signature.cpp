@@ -205,8 +205,8 @@ std::string short_delay(const Findings& findings) {
   if (!is_inconsistent(findings.nees.verdict) || !(excess_of(findings.nees) > 0.0)) return {};
   return fmt::format(
       "; the errors also point back along the path, by {} steps{} ({}), which explains {:.0f} % of the "
-      "excess "
-      "of NEES: measurements that are late by so little make that, and so does a gain that is too small",
+      "excess of NEES: measurements that are late by so little make that, and so does a gain that is too "
+      "small",
       number_text(test.steps, 2), in_seconds(test.steps, findings.nees), p_value_statement(test.p_value),
       100.0 * std::min(1.0, test.explained));
 }

@@ -121,9 +121,8 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
   if (!charts_asked_ && !(most > kDiffer * least)) return "";
   return fmt::format(
       "What the covariance speaks of matters here; mean NEES of the pose (6 expected) if what is written "
-      "were "
-      "of the chart: {}. Judged is {} (--chart), a choice to be made before these numbers are looked at. Its "
-      "covariance, carried over exactly into each of these charts, has a mean NEES of {} to {}.",
+      "were of the chart: {}. Judged is {} (--chart), a choice to be made before these numbers are looked "
+      "at. Its covariance, carried over exactly into each of these charts, has a mean NEES of {} to {}.",
       text, declared_.name, number_text(least_carried), number_text(most_carried));
 }
 

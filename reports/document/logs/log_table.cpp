@@ -72,8 +72,7 @@ void add_over_time(ReportTable& table, const Judgement& a) {
     if (!named(nis)) continue;
     table.notes.push_back(
         fmt::format("At some times, at others: {} goes up and down in time ({}), most in waves of about "
-                    "{:.0f} steps. Its "
-                    "mean may be right all the same.",
+                    "{:.0f} steps. Its mean may be right all the same.",
                     nis, p_value_statement(sensor.over_time.p_value), sensor.over_time.wave));
   }
 }

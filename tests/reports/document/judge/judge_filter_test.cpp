@@ -301,9 +301,8 @@ TEST(JudgeFilter, AnEstimateOfOtherStatesThanItSaysIsRefused) {
     }
     return std::string("not refused");
   };
-  EXPECT_THAT(
-      said([] { return Silent(); }),
-      HasSubstr("run 0 ends at step 1: an estimate of 1 states where 4 are"));
+  EXPECT_THAT(said([] { return Silent(); }),
+              HasSubstr("run 0 ends at step 1: an estimate of 1 states where 4 are"));
   EXPECT_THAT(said([] { return Wrong(); }), HasSubstr("states(): 7 is none of the 4 states"));
 }
 
