@@ -52,6 +52,10 @@ Causes find_perhaps_gate(const Findings& findings);
 /// Names claimed_sigma where P is too small at some σ and too large at another (calibration.h), and the
 /// interval of the factor on the whole P holds 1.
 Causes find_wrong_by_claimed_sigma(const Findings& findings);
+/// Rows whose NEES is known one by one. Names truth where NEES is too large while the innovations fit, and a
+/// third of its variance is new in every row (white_errors.h): what no innovation shows, no filter forgets
+/// from one row to the next.
+Causes find_error_of_truth(const Findings& findings);
 /// NEES of 100 values at least, whose innovations fit, and whose mean is more than twice its dof n. Names
 /// bias where its variance is nearer 4 · mean − 2n, as of errors that P claims about a constant offset (χ²
 /// that is not central), than that of a factor and that of χ² of as many dof, by twice on a logarithmic
@@ -87,10 +91,6 @@ Causes find_joint_inconsistency(const Findings& findings);
 /// late_measurements where the errors point back along the way (lateness.h), by 0.3 steps at least and by
 /// what explains most of the excess of NEES, while the innovations are nearly of the right size and white.
 Causes find_late_measurements(const Findings& findings);
-/// Rows whose NEES is known one by one. Names truth where NEES is too large while the innovations fit, and a
-/// third of its variance is new in every row (white_errors.h): what no innovation shows, no filter forgets
-/// from one row to the next.
-Causes find_error_of_truth(const Findings& findings);
 /// Means of innovations and of errors that speak. Names bias where that is part of what is wrong, of a
 /// nonlinear filter most of it; and where the errors at single steps have means (Hotelling over the runs)
 /// that make most of the excess of NEES there, and not in the first fifth alone. Beside it the noise, by the

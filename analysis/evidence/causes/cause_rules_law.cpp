@@ -220,6 +220,22 @@ Causes find_rejection_beside(const Findings& findings) {
                                          "adaptation, to tell them apart"}};
 }
 
+Causes find_error_of_truth(const Findings& findings) {
+  constexpr double kLeastWhite = 0.3;  // in seven inertial and other filters with a wrong noise at most 0.18
+  const ConsistencyVerdict& nees = findings.nees;
+  if (nees.verdict != Verdict::optimistic || findings.nis.verdict != Verdict::consistent ||
+      findings.not_white)
+    return {};
+  if (!(findings.white_share > kLeastWhite)) return {};
+  return {
+      {Cause::truth,
+       fmt::format("mean NEES is {} of {} and {:.0f} % of its variance is new in every row: errors that no "
+                   "innovation shows do not go from one row to the next, as long as they are those of a "
+                   "filter{}",
+                   number_text(nees.mean, 3), number_text(nees.expected, 3), 100.0 * findings.white_share,
+                   where_innovations_fit(findings))}};
+}
+
 Causes find_constant_offset(const Findings& findings) {
   constexpr std::int64_t kFewest = 100;
   const Moments& values = findings.nees_values;

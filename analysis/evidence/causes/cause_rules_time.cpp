@@ -157,21 +157,6 @@ Causes find_late_measurements(const Findings& findings) {
                        p_value_statement(test.p_value), 100.0 * std::min(1.0, test.explained))}};
 }
 
-Causes find_error_of_truth(const Findings& findings) {
-  constexpr double kLeastWhite = 0.3;  // in seven inertial and other filters with a wrong noise at most 0.18
-  const ConsistencyVerdict& nees = findings.nees;
-  if (nees.verdict != Verdict::optimistic || findings.nis.verdict != Verdict::consistent ||
-      findings.not_white)
-    return {};
-  if (!(findings.white_share > kLeastWhite)) return {};
-  return {
-      {Cause::truth,
-       fmt::format("mean NEES is {} of {} while the innovations fit, and {:.0f} % of its variance is new in "
-                   "every row: errors that no innovation shows do not go from one row to the next, as long "
-                   "as they are those of a filter",
-                   number_text(nees.mean, 3), number_text(nees.expected, 3), 100.0 * findings.white_share)}};
-}
-
 Causes find_bias(const Findings& findings) {
   Causes found = bias_of(findings);
   if (found.empty()) return found;
