@@ -166,6 +166,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"late", "lateness|delay|latency", "of a measurement: taken earlier than the filter believes",
      "Its errors point back along the way. Use the time at which it was measured, and move the estimate "
      "there."},
+    {"error of the truth", "", "a fault of what estimates are compared with, and not of the filter",
+     "Its noise is new in every row, where the errors of a filter fade. A reference of several centimetres "
+     "makes a filter of as many look optimistic: add its covariance to P, or use a better one."},
     {"loses its way", "lost runs", "a few runs end far off, and the others are right",
      "The mean over runs is that of the lost ones, and no factor on P mends them: look at what happened "
      "there."},
