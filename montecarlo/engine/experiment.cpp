@@ -41,4 +41,21 @@ RunTrace Experiment::trace(std::int64_t run) const {
   return trace;
 }
 
+std::optional<RunTrace> Experiment::trace_to_draw(std::int64_t run, double most_bytes) const {
+  RunTrace trace = describe_world();
+  trace.layout = layout_;
+  trace.run = run;
+  double bytes = 0.0;
+  trace.outcome = visit(run, [&](const TraceStep& step) {
+    bytes += static_cast<double>(sizeof(double)) *
+             static_cast<double>(step.P.size() + step.K.size() + step.S().size());
+    if (bytes > most_bytes)
+      trace.steps = {};
+    else
+      trace.steps.push_back(step);
+  });
+  if (bytes > most_bytes) return std::nullopt;
+  return trace;
+}
+
 }  // namespace credence

@@ -100,6 +100,9 @@ class Experiment {
 
   /// A single run with all its steps.
   RunTrace trace(std::int64_t run) const;
+  /// The same for a page; nothing where its matrices would take more than kMostTraceBytes.
+  std::optional<RunTrace> trace_to_draw(std::int64_t run, double most_bytes = kMostTraceBytes) const;
+  static constexpr double kMostTraceBytes = 2e9;
 
   /// What a trace says of the world it ran in: landmarks and anchors.
   virtual RunTrace describe_world() const = 0;

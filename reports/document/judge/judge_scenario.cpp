@@ -15,7 +15,9 @@ JudgedFilter judge_played(const Configuration& configuration, PlayedStudy played
   }
   StudyAnalysis analysis = analyse(configuration, std::move(played));
   explain(analysis, configuration, further);
-  return JudgedFilter(judged_study({std::move(analysis), configuration.experiment->trace(0)}));
+  ReportedStudy study{.analysis = std::move(analysis), .trace = configuration.experiment->trace_to_draw(0)};
+  study.too_large_to_draw = !study.trace;
+  return JudgedFilter(judged_study(std::move(study)));
 }
 
 EngineOptions engine_options(int threads, const std::atomic<bool>* stop, const JudgeProgress& progress) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@ class CountedExperiment final : public Experiment {
     const auto show = [&] {
       TraceStep step;
       step.step = at;
+      step.P = Matrix::Identity(1, 1);
       step.nees = 10.0 * static_cast<double>(run) + static_cast<double>(at);
       step.nees_dof = step.nis_dof = 1;
       return step;
@@ -127,6 +129,19 @@ TEST(Experiment, a_chunk_is_shown_in_batches_of_which_the_last_may_be_smaller) {
   ScribeObserver nothing;
   CountedExperiment(3).show_chunk(4, 0, nothing);
   EXPECT_TRUE(nothing.batches.empty());
+}
+
+// One number a matrix, of five steps.
+TEST(Experiment, a_trace_is_drawn_where_its_matrices_fit) {
+  const CountedExperiment experiment(1);
+  double bytes = 0.0;
+  for (const TraceStep& step : experiment.trace(4).steps)
+    bytes += 8.0 * static_cast<double>(step.P.size() + step.K.size() + step.S().size());
+  ASSERT_GT(bytes, 0.0);
+  const std::optional<RunTrace> whole = experiment.trace_to_draw(4, bytes);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->steps.size(), experiment.trace(4).steps.size());
+  EXPECT_FALSE(experiment.trace_to_draw(4, bytes - 1.0));
 }
 
 TEST(Experiment, variances_are_told_of_its_first_sensor) {
