@@ -27,10 +27,9 @@
 namespace credence::internal {
 namespace {
 
-// A pilot has this many runs where they take no longer than this, else a tenth of those of the study; and in
-// any case as many as measure how NEES is correlated (kFewestPilotRuns) unless these take too long.
+// Between these, the fewest being as many as measure how NEES is correlated, unless they take too long.
 constexpr std::int64_t kMostPilotRuns = 4096, kFewestPilotRuns = kChunkRuns;
-constexpr double kPilotSeconds = 0.05, kMostPilotSeconds = 10.0;
+constexpr double kMostPilotSeconds = 10.0;
 
 // Seconds that a piece of work takes.
 template <typename Work>
@@ -59,8 +58,23 @@ StudyStatistics play(const Experiment& experiment, const PlanQuestion& question,
   return std::move(parts.front());
 }
 
-// As few runs as the experiment plays at once; then as many as there is time for.
+// A tenth of the runs of the study; of a linear world, whose gains are computed once, as many as are cheap.
+// No clock has a say, so that the same question has the same answer.
+std::int64_t pilot_runs(const Scenario& scenario, const Experiment& experiment) {
+  constexpr double kCheapOperations = 2e8;
+  std::int64_t runs = std::max(kFewestPilotRuns, scenario.most_runs() / 10);
+  if (dynamic_cast<const LinearExperiment*>(&experiment) != nullptr) {
+    const auto n = static_cast<double>(experiment.layout().states.size());
+    const double cheap = kCheapOperations / (static_cast<double>(scenario.study.steps) * n * n);
+    runs = std::max(runs, static_cast<std::int64_t>(std::min(cheap, static_cast<double>(kMostPilotRuns))));
+  }
+  return std::min(runs, kMostPilotRuns);
+}
+
+// As few runs as the experiment plays at once, and then the pilot, of fewer runs if these would take too
+// long.
 Pilot run_pilot(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question) {
+  constexpr double kShort = 0.05;  // s
   Pilot pilot;
   PilotTiming& timing = pilot.timing;
   timing.threads = thread_count(question.threads);
@@ -72,16 +86,13 @@ Pilot run_pilot(const Scenario& scenario, const Experiment& experiment, const Pl
   };
   take(at_once, timing.threads);
   // The first runs find nothing in the caches and take longer than others.
-  if (timing.seconds < kPilotSeconds) take(at_once, timing.threads);
-  const auto runs_in = [&](double seconds) {
-    return static_cast<std::int64_t>(
-        std::min(seconds / timing.seconds_per_run, static_cast<double>(kMostPilotRuns)));
-  };
-  while (timing.runs < kMostPilotRuns) {
-    const std::int64_t affordable = std::max(
-        {runs_in(kPilotSeconds), std::min(kMostPilotRuns, scenario.most_runs() / 10), kFewestPilotRuns});
-    const std::int64_t runs = std::min(affordable, runs_in(kMostPilotSeconds));
-    if (runs < 2 * timing.runs) break;
+  if (timing.seconds < kShort) take(at_once, timing.threads);
+  const std::int64_t wanted = pilot_runs(scenario, experiment);
+  // Few runs look dearer than many are.
+  while (timing.runs < wanted) {
+    const double affordable = kMostPilotSeconds / timing.seconds_per_run;
+    const auto runs = static_cast<std::int64_t>(std::min(affordable, static_cast<double>(wanted)));
+    if (runs < std::min(wanted, 2 * timing.runs)) break;
     take(runs, 1.0);
   }
   return pilot;

@@ -84,11 +84,12 @@ void require_answerable(const PlanQuestion& question);
 
 /// Plans the study of a scenario for the verdicts that `run` gives (judge_nees, judge_nis) at its confidence.
 ///
-/// Runs a pilot of what 50 ms or a tenth of the study's runs allow, of 64 to 4096 runs, fewer where these
-/// take longer than ten seconds. dof per step are the mean over steps and runs of the pilot. The power is
-/// that of a filter whose errors are those of factor · P at every step; verdict_power is a lower bound of it.
-/// Throws what require_answerable throws, before it runs anything, and std::invalid_argument for a factor too
-/// near 1 and if every run of the pilot fails at once; Stopped.
+/// Runs a pilot of a tenth of the study's runs, of a linear world as many as are cheap, of 64 to 4096 runs,
+/// fewer where these take longer than ten seconds: else the numbers but for the times depend on no clock. dof
+/// per step are the mean over steps and runs of the pilot. The power is that of a filter whose errors are
+/// those of factor · P at every step; verdict_power is a lower bound of it. Throws what require_answerable
+/// throws, before it runs anything, and std::invalid_argument for a factor too near 1 and if every run of the
+/// pilot fails at once; Stopped.
 StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question);
 
 /// What a whole sweep costs, all configurations with the same number of runs.

@@ -144,6 +144,24 @@ TEST(StudyPlan, ExactLawAgreesWithItsRuns) {
   EXPECT_NEAR(measured / plan.nees.design.effective_steps, 1.0, 0.3);
 }
 
+// By the clock it would be another one each time, and with it the skewness and the runs that are planned.
+TEST(StudyPlan, ThePilotsSizeIsThatOfTheQuestion) {
+  const auto planned = [](const Scenario& scenario) {
+    return plan_study(scenario, *make_experiment(scenario), {.threads = 1, .evidence = false});
+  };
+  Scenario scenario = default_scenario("pendulum");
+  scenario.study.steps = 5;
+  scenario.study.runs = 800;
+  EXPECT_EQ(planned(scenario).pilot.runs, 80);
+  scenario.study.runs = 10;
+  EXPECT_EQ(planned(scenario).pilot.runs, 64);
+  scenario = short_monobot();
+  EXPECT_EQ(planned(scenario).pilot.runs, 4096);
+  scenario.study.steps = 10'000;
+  const std::size_t states = make_experiment(scenario)->layout().states.size();
+  EXPECT_EQ(planned(scenario).pilot.runs, 20'000 / static_cast<std::int64_t>(states * states));
+}
+
 TEST(StudyPlan, CostOfASweepIsThatOfAllConfigurations) {
   const Scenario scenario = short_monobot();
   StudyPlan plan;
