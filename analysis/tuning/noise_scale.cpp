@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "analysis/laws/chi_square/chi_square_truncated.h"
 #include "analysis/laws/mean/effective_sample.h"
+#include "analysis/laws/mean/hall_score.h"
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/tuning/stretches.h"
 #include "core/nan.h"
@@ -13,6 +15,9 @@ namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kFewLong = 5;
+constexpr double kMostParts = 20.0;       // of stretches; more narrow the interval little, and are shorter
+constexpr double kTimesAPart = 12.0;      // correlation times, which the record underestimates
+constexpr double kLeastTimesAPart = 2.5;  // of few long ones
 
 /// The scale c with E[c X | c X ≤ gate] = mean, X ~ χ²(dof); the largest that a gate allows when there is
 /// none.
@@ -29,17 +34,31 @@ double scale_of_mean(double mean, double dof, double gate) {
   return 0.5 * (low + high);
 }
 
-/// How many stretches to cut each run into: of eight correlation times if that gives ten in all, else five of
-/// at least two and a half.
+/// Of all runs together, about their common mean; NaN where they do not vary.
+double common_correlation_time(NisOfRuns runs, double mean) {
+  const std::vector<std::span<const double>> series(runs.begin(), runs.end());
+  const EffectiveSample sample = effective_sample(series, mean);
+  return sample.reason.empty() ? sample.correlation_time : kNaN;
+}
+
+/// How many stretches to cut each run into: of kTimesAPart correlation times if that gives ten in all, and no
+/// more than kMostParts in all, else five of each.
 std::vector<std::int64_t> stretch_counts(NisOfRuns runs) {
-  std::vector<std::int64_t> many, few;
-  std::int64_t possible = 0;
+  double sum = 0.0, values = 0.0;
   for (const std::vector<double>& run : runs) {
-    const double time = correlation_time_of(run);
-    many.push_back(std::min(kMostStretches, stretch_count(run.size(), time)));
-    const bool long_enough = std::isfinite(time) && static_cast<double>(run.size()) >= 12.5 * time;
-    few.push_back(long_enough ? kFewLong : 0);
-    possible += many.back();
+    sum = std::accumulate(run.begin(), run.end(), sum);
+    values += static_cast<double>(run.size());
+  }
+  const double time = common_correlation_time(runs, sum / values);
+  std::vector<std::int64_t> many(runs.size(), 0), few(runs.size(), 0);
+  if (!std::isfinite(time)) return few;
+  std::int64_t possible = 0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const auto length = static_cast<double>(runs[r].size());
+    const double most = std::max(1.0, std::round(kMostParts * length / values));
+    many[r] = static_cast<std::int64_t>(std::min(most, length / (kTimesAPart * time)));
+    if (length >= kLeastTimesAPart * static_cast<double>(kFewLong) * time) few[r] = kFewLong;
+    possible += many[r];
   }
   return possible >= kFewestStretches ? many : few;
 }
@@ -70,22 +89,38 @@ std::vector<NisStretch> nis_stretches(NisOfRuns runs) {
 
 /// The mean of all values as that of independent ones with its variance, as which parts of different length
 /// estimate it: a ratio of sums, whose variance is to first order. They count for as many as there would be
-/// of one length.
-Moments mean_over(std::span<const NisStretch> parts) {
+/// of one length, and are as skewed as the means of the parts.
+SkewedMoments mean_over(std::span<const NisStretch> parts) {
   double sum = 0.0, count = 0.0, square = 0.0, spread = 0.0;
   for (const NisStretch& part : parts) {
     sum += part.sum;
     count += part.count;
     square += part.count * part.count;
   }
-  Moments moments{.count = 0, .mean = sum / count, .m2 = 0.0};
+  SkewedMoments moments{.count = 0, .mean = sum / count}, means;
   if (parts.size() < 2) return moments;
-  for (const NisStretch& part : parts) spread += std::pow(part.sum - moments.mean * part.count, 2);
+  for (const NisStretch& part : parts) {
+    spread += std::pow(part.sum - moments.mean * part.count, 2);
+    means.add(part.sum / part.count);
+  }
   const auto k = static_cast<double>(parts.size());
   moments.count = std::llround(count * count / square);
   const auto worth = static_cast<double>(moments.count);
   moments.m2 = k / (k - 1.0) * spread / (count * count) * worth * (worth - 1.0);
+  if (moments.count > 0) moments.m3 = sample_skewness(means) * std::pow(moments.m2, 1.5) / std::sqrt(worth);
   return moments;
+}
+
+/// In few skewed parts the large ones may be missing: the upper end is the further one of two that remove the
+/// skewness.
+MeanInterval mean_interval(const SkewedMoments& mean, double confidence) {
+  MeanInterval interval =
+      positive_mean_interval({.count = mean.count, .mean = mean.mean, .m2 = mean.m2}, confidence);
+  const MeanInterval by_skewness = hall_interval(mean, confidence);
+  if (interval.reason.empty() && by_skewness.reason.empty()) {
+    interval.upper = std::max(interval.upper, by_skewness.upper);
+  }
+  return interval;
 }
 
 }  // namespace
@@ -99,12 +134,12 @@ NoiseScale noise_scale(NisOfRuns runs, double dof, double gate, double confidenc
   }
   result.scale = scale_of_mean(sum / count, dof, gate);
   const std::vector<NisStretch> parts = nis_stretches(runs);
-  const Moments mean = mean_over(parts);
+  const SkewedMoments mean = mean_over(parts);
   if (mean.count < kFewLong) {
     result.reason = "the recording is too short for its correlation in time";
     return result;
   }
-  const MeanInterval interval = positive_mean_interval(mean, confidence);
+  const MeanInterval interval = mean_interval(mean, confidence);
   result.reason = interval.reason;
   if (!interval.reason.empty()) return result;
   result.lower = scale_of_mean(interval.lower, dof, gate);
