@@ -1,7 +1,11 @@
 #include "analysis/tuning/score_estimate.h"
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
@@ -110,27 +114,41 @@ Maximum profile_score(const ScoreModel& model, Vector start, const SearchBox& bo
 ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estimate, const SearchBox& box,
                              const std::vector<bool>& free, const Vector& scale, Index coordinate,
                              double drop) {
-  constexpr int kHalvings = 12;
-  constexpr double kStep = 0.5;
-  const auto fallen = [&](double value) {
-    const Maximum there = profile_score(model, estimate.phi, box, free, scale, coordinate, value);
-    return !there.ok || there.value < estimate.value - drop;
-  };
-  /// The nearest value that way at which the profile has fallen.
+  constexpr double kClose = 1e-3, kShortest = 0.05, kLongest = 2.0;  // of φ
+  constexpr double kNoScore = 10.0;
+  const double top = estimate.phi[coordinate];
+  double reach = 0.5;  // to the limit, of a parabola
+  if (estimate.covariance.size() > 0) {
+    const Index at = std::ranges::find(estimate.free, coordinate) - estimate.free.begin();
+    reach = std::clamp(std::sqrt(2.0 * drop * estimate.covariance(at, at)), kShortest, kLongest);
+  }
   const auto limit = [&](double side, double end) {
-    double inside = estimate.phi[coordinate], step = kStep, outside = inside;
-    while (true) {
+    Vector others = estimate.phi;
+    /// Negative within the limits; of a parabola a straight line.
+    const auto excess = [&](double value) {
+      const Maximum there = profile_score(model, others, box, free, scale, coordinate, value);
+      if (!there.ok) return kNoScore;
+      others = there.phi;
+      return std::sqrt(std::max(0.0, estimate.value - there.value) / drop) - 1.0;
+    };
+    double inside = top, within = -1.0, outside = top, beyond = -1.0, step = 1.1 * reach;
+    while (beyond < 0.0) {
+      inside = outside;
+      within = beyond;
       if (side * inside >= side * end) return side * std::numeric_limits<double>::infinity();
       outside = side > 0.0 ? std::min(inside + step, end) : std::max(inside - step, end);
-      if (fallen(outside)) break;
-      inside = outside;
-      step *= 1.5;
+      beyond = excess(outside);
+      step = std::max(0.5, 1.5 * step);
     }
-    for (int i = 0; i < kHalvings; ++i) {
-      const double middle = 0.5 * (inside + outside);
-      (fallen(middle) ? outside : inside) = middle;
+    if (side < 0.0) {
+      std::swap(inside, outside);
+      std::swap(within, beyond);
     }
-    return 0.5 * (inside + outside);
+    std::uintmax_t evaluations = 30;
+    const auto near = [](double low, double high) { return high - low < kClose; };
+    const auto [low, high] =
+        boost::math::tools::toms748_solve(excess, inside, outside, within, beyond, near, evaluations);
+    return 0.5 * (low + high);
   };
   return {limit(-1.0, box.lower[coordinate]), limit(1.0, box.upper[coordinate])};
 }

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -30,7 +33,7 @@ class Tuner {
     tuning_.start = tuning_.phi = start;
     tuning_.confidence = confidence;
     box_ = {start, start};
-    reach_from(start);
+    box_ = reaching_from(start);
     before_ = model.scores(start, false);
     if (!before_.ok) {
       throw std::invalid_argument(
@@ -47,6 +50,7 @@ class Tuner {
     for (const auto& parameter : tuning_.forecast.parameters) free_.push_back(parameter.identifiable);
     reasons_.resize(free_.size());
     limits_.resize(free_.size());
+    held_limits_.resize(free_.size());
     for (std::size_t i = 0; i < free_.size(); ++i) reasons_[i] = tuning_.forecast.parameters[i].reason;
   }
 
@@ -59,9 +63,9 @@ class Tuner {
   }
 
  private:
-  /// Standard deviations of φ at most for an interval of kWidestRatio.
-  double widest() const {
-    return 0.5 * std::log(kWidestRatio) / normal_quantile_two_sided(tuning_.confidence);
+  /// The standard deviation of φ of which a normal interval is wider than kWidestNormalRatio.
+  double widest_normal() const {
+    return 0.5 * std::log(kWidestNormalRatio) / normal_quantile_two_sided(tuning_.confidence);
   }
 
   /// Seeks all free coordinates, and holds one after the other that the data do not determine.
@@ -85,11 +89,11 @@ class Tuner {
     tuning_.phi = tuning_.estimate.phi;
   }
 
-  /// Widens the bounds to those of a search that begins there.
-  void reach_from(const Vector& phi) {
+  /// The bounds, widened to those of a search that begins there.
+  SearchBox reaching_from(const Vector& phi) const {
     const double reach = std::log(kReach);
-    box_.lower = box_.lower.cwiseMin((phi.array() - reach).matrix());
-    box_.upper = box_.upper.cwiseMax((phi.array() + reach).matrix());
+    return {box_.lower.cwiseMin((phi.array() - reach).matrix()),
+            box_.upper.cwiseMax((phi.array() + reach).matrix())};
   }
 
   /// Begins again from the end of the search where the score rises beyond it, a few times, and gives up then.
@@ -100,7 +104,7 @@ class Tuner {
     for (const Index c : tuning_.estimate.free) {
       if (end[c] > box_.lower[c] + kRounding && end[c] < box_.upper[c] - kRounding) continue;
       const SearchBox narrow = box_;
-      reach_from(end);
+      box_ = reaching_from(end);
       const Maximum beyond = maximise(model_, end, box_, free_, scale_);
       if (!beyond.ok || beyond.value < tuning_.estimate.value + kBetter) {
         box_ = narrow;
@@ -133,22 +137,41 @@ class Tuner {
     }
   }
 
-  /// The coordinate that the data determine least, if they do not; else −1.
-  Index least_known() const {
+  /// The coordinate that the data determine least, if they do not; else −1. Whatever they determine weakly
+  /// has its limits then.
+  Index least_known() {
     const ScoreEstimate& e = tuning_.estimate;
-    Index worst = -1;
-    double least = 0.0;
-    for (std::size_t i = 0; i < e.free.size(); ++i) {
-      const auto at = static_cast<Index>(i);
-      // Without a positive definite curvature the flattest direction's own.
-      const double variance =
-          covariance_.size() > 0 ? covariance_(at, at) : 1.0 / std::max(e.information(at, at), 1e-300);
-      if (worst >= 0 && variance <= least) continue;
-      worst = e.free[i];
-      least = variance;
+    std::ranges::fill(limits_, std::nullopt);
+    // Without a positive definite curvature by the flattest direction's own.
+    const auto variance = [&](Index at) {
+      return covariance_.size() > 0 ? covariance_(at, at) : 1.0 / std::max(e.information(at, at), 1e-300);
+    };
+    std::vector<Index> places(e.free.size());
+    std::iota(places.begin(), places.end(), Index{0});
+    std::ranges::sort(places, std::greater<>{}, variance);
+    for (const Index at : places) {
+      const Index coordinate = e.free[static_cast<std::size_t>(at)];
+      if (covariance_.size() == 0) return coordinate;
+      const auto i = static_cast<std::size_t>(coordinate);
+      const bool weak = std::sqrt(variance(at)) > widest_normal() ||
+                        tuning_.forecast.parameters[i].relative_error > widest_normal();
+      if (!weak) continue;
+      limits_[i] = limits_of(coordinate);
+      if (limits_[i]->upper - limits_[i]->lower > std::log(kWidestRatio)) return coordinate;
     }
-    const bool known = covariance_.size() > 0 && std::sqrt(least) <= widest();
-    return known ? -1 : worst;
+    return -1;
+  }
+
+  /// Of the likelihood ratio, whose drop a wider sandwich widens.
+  ProfileLimits limits_of(Index coordinate) const {
+    const ScoreEstimate& e = tuning_.estimate;
+    double drop = 0.5 * chi_square_quantile(tuning_.confidence, 1.0);
+    if (tuning_.misspecified) {
+      const Index at = std::ranges::find(e.free, coordinate) - e.free.begin();
+      drop *= std::max(1.0, covariance_(at, at) / e.covariance(at, at));
+    }
+    const SearchBox around = reaching_from(e.phi);
+    return profile_limits(model_, e, around, free_, scale_, coordinate, drop);
   }
 
   /// Where a factor has gone to 0 or ∞ the score is flat, also where another value were better: begins again
@@ -170,18 +193,18 @@ class Tuner {
       }
     }
     if (best == value + kBetter) return false;
-    reach_from(tuning_.phi);
+    box_ = reaching_from(tuning_.phi);
     return true;
   }
 
   void hold(Index coordinate) {
     const auto i = static_cast<std::size_t>(coordinate);
-    const double drop = 0.5 * chi_square_quantile(tuning_.confidence, 1.0);
-    limits_[i] = profile_limits(model_, tuning_.estimate, box_, free_, scale_, coordinate, drop);
+    held_limits_[i] = limits_[i] ? *limits_[i] : limits_of(coordinate);
     reasons_[i] = "these data do not determine it";
     free_[i] = false;
     tuning_.phi = tuning_.estimate.phi;
-    tuning_.phi[coordinate] = std::clamp(tuning_.start[coordinate], limits_[i].lower, limits_[i].upper);
+    tuning_.phi[coordinate] =
+        std::clamp(tuning_.start[coordinate], held_limits_[i].lower, held_limits_[i].upper);
   }
 
   /// Information or sandwich: which the unit scores ask for.
@@ -254,11 +277,27 @@ class Tuner {
     const auto i = static_cast<std::size_t>(coordinate);
     parameter.reason = reasons_[i];
     if (endless_ >= 0) return;
-    const bool alone = before.positive && (before.gradient.array() != 0.0).count() == 1;
-    if (!alone || !tuning_.forecast.parameters[i].identifiable) return;
-    const double start = tuning_.start[coordinate];
-    parameter.lower = before.value * std::exp(limits_[i].lower - start);
-    parameter.upper = before.value * std::exp(limits_[i].upper - start);
+    if (lone_coordinate(before) < 0 || !tuning_.forecast.parameters[i].identifiable) return;
+    take_limits(before, tuning_.start, coordinate, held_limits_[i], parameter);
+  }
+
+  /// The only coordinate on which a positive value depends, as a power of its exponential; −1: there is none.
+  static Index lone_coordinate(const NoiseValue& value) {
+    Index only = -1;
+    for (Index i = 0; i < value.gradient.size(); ++i) {
+      if (value.gradient[i] == 0.0) continue;
+      if (only >= 0 || !value.positive) return -1;
+      only = i;
+    }
+    return only;
+  }
+
+  /// `value`: at `phi`.
+  static void take_limits(const NoiseValue& value, const Vector& phi, Index coordinate,
+                          const ProfileLimits& limits, TunedParameter& parameter) {
+    const double power = value.gradient[coordinate] / value.value;
+    parameter.lower = value.value * std::exp(power * (limits.lower - phi[coordinate]));
+    parameter.upper = value.value * std::exp(power * (limits.upper - phi[coordinate]));
   }
 
   void set_interval(const NoiseValue& value, const Matrix& resampled, TunedParameter& parameter) const {
@@ -284,6 +323,10 @@ class Tuner {
     parameter.upper = moved(z * deviation);
     parameter.bootstrap_lower = moved(low);
     parameter.bootstrap_upper = moved(high);
+    const Index only = lone_coordinate(value);
+    if (only < 0 || !limits_[static_cast<std::size_t>(only)]) return;
+    parameter.by_likelihood_ratio = true;
+    take_limits(value, tuning_.phi, only, *limits_[static_cast<std::size_t>(only)], parameter);
   }
 
   /// Errors of the estimate by drawing as many units as there are, with replacement, and one Newton step
@@ -354,8 +397,9 @@ class Tuner {
   Matrix covariance_;
   std::vector<bool> free_;
   std::vector<std::string> reasons_;
-  std::vector<ProfileLimits> limits_;
-  int restarts_ = 0;          ///< from the end of the search
+  std::vector<std::optional<ProfileLimits>> limits_;  ///< of what was found, but weakly
+  std::vector<ProfileLimits> held_limits_;            ///< of what is held
+  int restarts_ = 0;                                  ///< from the end of the search
   Index endless_ = -1;        ///< the coordinate whose score rises without end; -1: none
   std::set<Index> improved_;  ///< coordinates for which other starts were tried
 };

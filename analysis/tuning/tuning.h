@@ -22,8 +22,12 @@ struct TunedParameter {
   double lower = kNaN, upper = kNaN;
   double bootstrap_lower = kNaN, bootstrap_upper = kNaN;  ///< the same by resampling units, as a check
   bool identifiable = false;
+  bool by_likelihood_ratio = false;    ///< the interval; else it is the normal one
   std::string reason;                  ///< why not, else empty
   double steps_for_10_percent = kNaN;  ///< until its standard error is a tenth of it
+
+  /// The data speak against the present value: it lies outside the interval.
+  bool contradicts_present() const { return identifiable && !(lower <= before && before <= upper); }
 };
 
 /// What is known before anything is tuned, from the information that data of this size hold if the present
@@ -74,6 +78,8 @@ struct Tuning {
 
 /// The largest ratio of an interval's ends with which a positive number still counts as identified.
 inline constexpr double kWidestRatio = 100.0;
+/// The largest ratio of the ends of a normal interval that is trusted.
+inline constexpr double kWidestNormalRatio = 5.0;
 /// Beyond this correlation of two estimates a ridge is warned of.
 inline constexpr double kRidgeCorrelation = 0.95;
 
@@ -84,8 +90,10 @@ inline constexpr double kRidgeCorrelation = 0.95;
 /// are sought again.
 ///
 /// Intervals: normal ones of the logarithm by the observed information; by the sandwich where the variance of
-/// the unit scores contradicts the information by more than four standard errors [White 1982]. Throws
-/// std::invalid_argument where the present filter has no scores: an S that is not positive definite.
+/// the unit scores contradicts the information by more than four standard errors [White 1982]. A coordinate
+/// whose normal interval is wider than kWidestNormalRatio, or would be by the forecast, has the limits of the
+/// likelihood ratio instead, whose drop grows with the sandwich. Throws std::invalid_argument where the
+/// present filter has no scores: an S that is not positive definite.
 Tuning tune(const ScoreModel& model, const Vector& start, double confidence = 0.95);
 
 }  // namespace credence::internal

@@ -103,12 +103,11 @@ ReportTable tune_gain_table(const ScenarioTuning& t) {
 
 ReportAnswer tune_answer(const ScenarioTuning& t) {
   if (!t.tuning.anything_known()) return nothing_told(t.tuning);
-  const std::string found = found_noise_text(t.tuning);
-  if (!t.held_out) return {CellTone::plain, "The innovations ask for " + found};
+  const std::string asked = asked_noise_text("The innovations", t.tuning);
+  if (!t.held_out) return {CellTone::plain, asked};
   const Verdict verdict = overall_verdict(t.held_out->after);
   return {verdict == Verdict::consistent ? CellTone::good : CellTone::caution,
-          fmt::format("The innovations ask for {}; with it the filter is {} on fresh noise", found,
-                      to_string(verdict))};
+          fmt::format("{}; with the tuned noise the filter is {} on fresh noise", asked, to_string(verdict))};
 }
 
 std::vector<std::string> tune_sentences(const ScenarioTuning& t) {

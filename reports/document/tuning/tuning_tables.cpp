@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/append_item.h"
@@ -23,6 +24,7 @@ Json tuned_parameter_json(const TunedParameter& p) {
          {"lower", p.lower},
          {"upper", p.upper},
          {"identifiable", p.identifiable},
+         {"by_likelihood_ratio", p.by_likelihood_ratio},
          {"steps_for_10_percent", p.steps_for_10_percent},
          {"before", p.before},
          {"bootstrap", {{"lower", p.bootstrap_lower}, {"upper", p.bootstrap_upper}}}};
@@ -79,8 +81,11 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
                   {"by resampling", ColumnAlign::words},
                   {"steps for ±10 %"}},
       .notes = {fmt::format(
-          "{}. Interval: {}. By resampling: {} units of data drawn with replacement, one Newton step each.",
+          "{}. Interval: {}{}. By resampling: {} units of data drawn with replacement, one Newton step each.",
           engine, t.misspecified ? "the sandwich of observed information and scores" : "observed information",
+          std::ranges::any_of(t.parameters, &TunedParameter::by_likelihood_ratio)
+              ? ", of what is known weakly the likelihood ratio"
+              : "",
           t.units)}};
   for (const TunedParameter& p : t.parameters) {
     const std::string limits =
@@ -112,14 +117,19 @@ std::string likelihood_ratio_text(const Tuning& g) {
                      p_value_text(g.likelihood_ratio_p_value));
 }
 
-std::string found_noise_text(const Tuning& tuning) {
-  std::string found;
+std::string asked_noise_text(const std::string& data, const Tuning& tuning) {
+  const bool any = std::ranges::any_of(tuning.parameters, &TunedParameter::contradicts_present);
+  const bool together = !any && tuning.likelihood_ratio_p_value < 1.0 - tuning.confidence;
+  std::string asked, kept;
   for (const TunedParameter& p : tuning.parameters) {
     if (!p.identifiable) continue;
-    append_item(found, fmt::format("{} = {} ({})", p.name, number_text(p.value, 4),
-                                   tuned_interval_text(p.lower, p.upper)));
+    append_item(
+        together || p.contradicts_present() ? asked : kept,
+        fmt::format("{} = {} ({})", p.name, number_text(p.value, 4), tuned_interval_text(p.lower, p.upper)));
   }
-  return found;
+  if (kept.empty()) return fmt::format("{} ask for {}", data, asked);
+  if (asked.empty()) return fmt::format("{} agree with the present noise; most likely is {}", data, kept);
+  return fmt::format("{} ask for {} and agree with the present value in {}", data, asked, kept);
 }
 
 ReportAnswer nothing_told(const Tuning& tuning) {

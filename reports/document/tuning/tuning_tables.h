@@ -29,8 +29,10 @@ ReportTable score_gain_table(const Tuning& tuning);
 /// "Likelihood ratio 31.2 with 2 dof, p = 1e-7."
 std::string likelihood_ratio_text(const Tuning& tuning);
 
-/// "filter.Q[1,1] = 0.1 (0.08 … 0.12), …", of what was found.
-std::string found_noise_text(const Tuning& tuning);
+/// "The innovations ask for filter.Q[1,1] = 0.1 (0.08 … 0.12) and agree with the present value in …", of what
+/// was found: the data ask for what their interval does not hold the present value of, and for all of it
+/// together where only the likelihood ratio speaks against all present values at once.
+std::string asked_noise_text(const std::string& data, const Tuning& tuning);
 
 /// The answer where nothing was found: why.
 ReportAnswer nothing_told(const Tuning& tuning);

@@ -107,6 +107,48 @@ TEST(Tuning, BeginsAgainFromTheEndOfTheSearchAndGivesUpWithoutAValue) {
   }
 }
 
+/// Of so many values of a normal law whose mean square is s the variance e^φ.
+class VarianceScore final : public testing::QuadraticScore {
+ public:
+  VarianceScore(double values, double s)
+      : QuadraticScore(Vector::Zero(1), Matrix::Constant(1, 1, 0.5 * values)), values_(values), s_(s) {}
+  UnitScores scores(const Vector& phi, bool gradient) const override {
+    UnitScores scores = QuadraticScore::scores(phi, gradient);
+    scores.value[0] = -0.5 * values_ * (phi[0] + s_ * std::exp(-phi[0]));
+    if (gradient) scores.gradient(0, 0) = -0.5 * values_ * (1.0 - s_ * std::exp(-phi[0]));
+    return scores;
+  }
+
+ private:
+  double values_, s_;
+};
+
+// n (φ − ln s + s e^−φ − 1) is twice the drop: of a variance known to a factor of 1.8 the normal interval of
+// the logarithm is another one.
+TEST(Tuning, WhatIsKnownWeaklyHasTheLimitsOfTheLikelihoodRatio) {
+  const Tuning tuning = tune(VarianceScore(6.0, 4.0), Vector::Zero(1));
+  const TunedParameter& p = tuning.parameters.front();
+  ASSERT_TRUE(p.identifiable);
+  EXPECT_TRUE(p.by_likelihood_ratio);
+  EXPECT_NEAR(p.value, 4.0, 1e-3);
+  for (const double limit : {p.lower, p.upper})
+    EXPECT_NEAR(6.0 * (std::log(limit / 4.0) + 4.0 / limit - 1.0), 3.8415, 0.02) << limit;
+  EXPECT_GT(p.upper, 1.2 * 4.0 * std::exp(1.96 / std::sqrt(3.0)));
+  EXPECT_EQ(p.contradicts_present(), p.lower > 1.0);
+  EXPECT_FALSE(tune(VarianceScore(60.0, 4.0), Vector::Zero(1)).parameters.front().by_likelihood_ratio);
+}
+
+TEST(Tuning, AnElementOfACholeskyFactorCountsTwiceInItsVariance) {
+  const auto runs = simulate(local_level(0.01, 1.0), 20, 20, 3);
+  const Tuning square = tune_linear(local_level(0.01, 1.0), "diag(Q),diag(R)", runs);
+  const Tuning root = tune_linear(local_level(0.01, 1.0), "full(Q),full(R)", runs);
+  ASSERT_TRUE(std::isfinite(square.parameters[0].upper));
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(root.parameters[i].lower, square.parameters[i].lower, 0.01 * square.parameters[i].lower);
+    EXPECT_NEAR(root.parameters[i].upper, square.parameters[i].upper, 0.01 * square.parameters[i].upper);
+  }
+}
+
 TEST(Tuning, HoldsWhatOnlyACombinationShows) {
   // Two noises on the same state at every step are one.
   LinearModel model = local_level(0.5, 1.0);

@@ -83,12 +83,33 @@ TEST(TuningTables, TheDocumentSaysNullWithItsReasonAndNeverInfinity) {
   EXPECT_THAT(tuned_noise_table("", "", tuning).notes.front(), HasSubstr("sandwich"));
 }
 
-TEST(TuningTables, WhatIsFoundIsNamedWithItsIntervalAndNothingElseIs) {
-  EXPECT_EQ(found_noise_text(one_of_three()), "filter.Q[1,1] = 0.1000 (0.08000 … 0.1250)");
+TEST(TuningTables, TheDataAskForWhatTheirIntervalExcludes) {
+  EXPECT_EQ(asked_noise_text("They", one_of_three()),
+            "They ask for filter.Q[1,1] = 0.1000 (0.08000 … 0.1250)");
   Tuning two = one_of_three();
-  two.parameters[2] = {.name = "r", .value = 2.0, .lower = 1.0, .upper = kNoLimit, .identifiable = true};
-  EXPECT_EQ(found_noise_text(two), "filter.Q[1,1] = 0.1000 (0.08000 … 0.1250), r = 2.000 (1.000 … ∞)");
-  EXPECT_EQ(found_noise_text(Tuning{}), "");
+  two.parameters[2] = {
+      .name = "r", .before = 1.5, .value = 2.0, .lower = 1.0, .upper = kNoLimit, .identifiable = true};
+  EXPECT_EQ(
+      asked_noise_text("They", two),
+      "They ask for filter.Q[1,1] = 0.1000 (0.08000 … 0.1250) and agree with the present value in r = 2.000 "
+      "(1.000 … ∞)");
+  two.parameters[0].before = 0.12;
+  EXPECT_EQ(asked_noise_text("They", two),
+            "They ask for filter.Q[1,1] = 0.1000 (0.08000 … 0.1250), r = 2.000 (1.000 … ∞)")
+      << "together, by the likelihood ratio";
+  two.likelihood_ratio_p_value = 0.4;
+  EXPECT_EQ(asked_noise_text("They", two),
+            "They agree with the present noise; most likely is filter.Q[1,1] = 0.1000 (0.08000 … 0.1250), r "
+            "= 2.000 "
+            "(1.000 … ∞)");
+}
+
+TEST(TuningTables, AnIntervalOfTheLikelihoodRatioIsSaidToBeOne) {
+  Tuning tuning = one_of_three();
+  EXPECT_THAT(tuned_noise_table("", "", tuning).notes.front(), Not(HasSubstr("likelihood ratio")));
+  tuning.parameters[0].by_likelihood_ratio = true;
+  EXPECT_THAT(tuned_noise_table("", "", tuning).notes.front(), HasSubstr("likelihood ratio"));
+  EXPECT_EQ(tuning_json(tuning)["parameters"][0]["by_likelihood_ratio"], true);
 }
 
 TEST(TuningTables, WhereNothingIsFoundTheLastSentenceSaysWhy) {
