@@ -303,11 +303,23 @@ Figure stability_figure(const StabilityAnalysis& a) {
           .row_height = 24.0};
 }
 
+/// The exact condition is one on every P0; this one may leave out what grows.
+bool bounded_from_this_start_alone(const StabilityAnalysis& a) {
+  return !a.inflation_varies && !a.predicted_bounded && a.riccati.stays_bounded &&
+         a.riccati.kind != RiccatiKind::undecided;
+}
+
 ReportAnswer stability_answer(const StabilityAnalysis& a) {
   const LongRun seen = a.long_horizon.growth.verdict;
   const std::size_t steps = a.long_horizon.trace.size();
   if (seen == LongRun::failed) return {CellTone::alarm, "The filter breaks down: " + a.long_horizon.failure};
   const bool bounded = seen == LongRun::bounded;
+  if (bounded_from_this_start_alone(a)) {
+    return {CellTone::caution,
+            fmt::format("P stays bounded from this P0, {} {} steps; not from every P0, as the "
+                        "exact condition says",
+                        bounded ? "measured over" : "but is still growing after", steps)};
+  }
   if (bounded != a.predicted_bounded && !a.inflation_varies) {
     // The condition is then about this very recursion, which may be slow.
     return a.predicted_bounded

@@ -146,12 +146,37 @@ TEST(StabilityReport, OfAConstantInflationTheConditionDecidesNotTheStepsMeasured
   EXPECT_EQ(stability_shown(analysis).answer.text,
             "P stays bounded, as the exact condition says, but is still growing after 256 steps");
   EXPECT_EQ(stability_shown(analysis).answer.tone, CellTone::good);
-  analysis.predicted_bounded = false;
+  analysis.predicted_bounded = analysis.riccati.stays_bounded = false;
+  analysis.riccati.kind = RiccatiKind::unbounded;
   EXPECT_THAT(stability_shown(analysis).answer.text,
               StartsWith("P grows without bound, measured over 256 steps and"));
   analysis.long_horizon.growth.verdict = LongRun::bounded;
   EXPECT_THAT(stability_shown(analysis).answer.text, HasSubstr("so slowly that 256 steps do not show it"));
   EXPECT_EQ(stability_shown(analysis).answer.tone, CellTone::alarm);
+}
+
+// Nothing excites the state that would explode unseen: P is constant, and the condition is one on every P0.
+TEST(StabilityReport, WhatThisStartLeavesOutDoesNotGrow) {
+  LinearModel model;
+  model.F = Vector{{1.1, 0.5}}.asDiagonal();
+  model.G = Matrix{{0.0}, {1.0}};
+  model.H = Matrix{{0.0, 1.0}};
+  model.Q = model.R = Matrix::Identity(1, 1);
+  model.P0 = Vector{{0.0, 1.0}}.asDiagonal();
+  model.layout = {.vehicle = 2, .landmark = 1, .landmarks = 0};
+  StabilityAnalysis analysis = analyse_stability(model, {}, 50, 256, {"x", "y"});
+  EXPECT_FALSE(analysis.predicted_bounded);
+  const ReportAnswer answer = stability_shown(analysis).answer;
+  EXPECT_EQ(answer.text,
+            "P stays bounded from this P0, measured over 256 steps; not from every P0, as the exact "
+            "condition says");
+  EXPECT_EQ(answer.tone, CellTone::caution);
+  analysis.long_horizon.growth.verdict = LongRun::growing;
+  EXPECT_THAT(stability_shown(analysis).answer.text,
+              HasSubstr("from this P0, but is still growing after 256 steps; not from every P0"));
+  model.P0(0, 0) = 1e-6;
+  EXPECT_THAT(stability_shown(analyse_stability(model, {}, 50, 256, {"x", "y"})).answer.text,
+              StartsWith("P grows without bound"));
 }
 
 // Without noise nothing drives P, but what is learnt is kept for ever.
