@@ -162,7 +162,6 @@ int run(const RunOptions& options) {
     ReportedStudy& study = studies.emplace_back(ReportedStudy{.analysis = std::move(analyses[i])});
     if (options.out.empty()) continue;
     study.trace = configurations[i].experiment->trace_to_draw(0);
-    study.too_large_to_draw = !study.trace;
     study.description = scenario_comment(options.scenarios[i]);
   }
   tell(study_document(std::move(studies)), options);

@@ -60,9 +60,7 @@ std::vector<ReportedStudy> reported(std::vector<StoredStudy>& studies, const Sto
     std::optional<StudyAnalysis> analysis = judge(study, options);
     if (!analysis) continue;
     ReportedStudy& each = all.emplace_back(ReportedStudy{.analysis = std::move(*analysis)});
-    if (!traced) continue;
-    each.trace = study.configurations.front().experiment->trace_to_draw(0);
-    each.too_large_to_draw = !each.trace;
+    if (traced) each.trace = study.configurations.front().experiment->trace_to_draw(0);
   }
   return all;
 }

@@ -15,9 +15,7 @@ JudgedFilter judge_played(const Configuration& configuration, PlayedStudy played
   }
   StudyAnalysis analysis = analyse(configuration, std::move(played));
   explain(analysis, configuration, further);
-  ReportedStudy study{.analysis = std::move(analysis), .trace = configuration.experiment->trace_to_draw(0)};
-  study.too_large_to_draw = !study.trace;
-  return JudgedFilter(judged_study(std::move(study)));
+  return JudgedFilter(judged_study({std::move(analysis), configuration.experiment->trace_to_draw(0)}));
 }
 
 EngineOptions engine_options(int threads, const std::atomic<bool>* stop, const JudgeProgress& progress) {

@@ -272,7 +272,7 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
     document.callout(CellTone::caution, std::move(open));
   }
   document.figures(study_figures(name, a, study.trace));
-  if (study.too_large_to_draw)
+  if (!study.trace)
     document.paragraph("Run 0 is not drawn: the covariances of all its steps take more than 2 GB.");
   document.folded("Statistics", [&] {
     add_statistics(document, a);

@@ -13,8 +13,7 @@ namespace credence::internal {
 /// A study and one of its runs, to be shown.
 struct ReportedStudy {
   StudyAnalysis analysis;
-  std::optional<RunTrace> trace{};  ///< for the page
-  bool too_large_to_draw = false;   ///< the trace (Experiment::trace_to_draw)
+  std::optional<RunTrace> trace{};  ///< for the page: Experiment::trace_to_draw
   std::string description{};        ///< what the author of the scenario says of it
 };
 
