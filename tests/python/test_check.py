@@ -138,6 +138,8 @@ def test_arrays_say_what_their_log_says_to_the_last_bit(tmp_path, believed):
     got = credence.check(error, P, nu, S, names=["x", "v"], threads=2).to_dict()
     for document in (wanted, got):
         document["calibration"].pop("unit_names")  # of the log and its runs, or of the runs alone
+        for cause in document["battery"]["causes"]:  # arrays have no estimates, which that takes
+            cause["why"] = cause["why"].split("; late measurements were not tested")[0]
     for key in wanted.keys() - {"files", "format"}:
         assert got[key] == wanted[key], key
 
