@@ -237,10 +237,14 @@ DataError no_truth(const std::filesystem::path& estimate, double first_s, double
       truth.time_s.size() > 1 ? (to - from) / static_cast<double>(truth.time_s.size() - 1) : 0.0;
   std::string sparse;
   if (apart > matching.max_time_difference_s && first_s < to && last_s > from) {
+    constexpr double kRoom = 1.05;
     sparse = fmt::format(
-        "; the rows of the truth are {:.2g} s apart: --max-time-difference {:.2g} takes what lies "
-        "between two of them",
-        apart, 0.75 * apart);
+        "; the rows of the truth are {:.2g} s apart: {}--max-time-difference {:.2g} takes what lies between "
+        "two of them as well, whose errors are then those of the interpolation, too",
+        apart,
+        matching.truth_time == TruthTime::nearest ? ""
+                                                  : "--truth-time nearest takes the estimates beside one, ",
+        kRoom * apart);
   }
   return {
       estimate, "",

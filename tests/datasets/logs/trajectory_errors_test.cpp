@@ -122,5 +122,18 @@ TEST(TrajectoryErrors, CountsWhatHasNoTruthAndMeasuresTheWayOfTheTruth) {
                 "truth from 0.000 to 2.000 s, tolerance 0.02 s"));
 }
 
+// Three quarters of the interval would take all but the rows in its middle, or these alone.
+TEST(TrajectoryErrors, ATruthThatIsSlowerThanTheEstimateIsToldWithWhatTakesAllOfIt) {
+  const Trajectory truth = each_second({{}, {}, {}});
+  TrajectoryMatching matching;
+  const auto said = [&] { return std::string(no_truth("estimate.txt", 0.1, 1.9, truth, matching).what()); };
+  EXPECT_THAT(
+      said(),
+      HasSubstr("the rows of the truth are 1 s apart: --truth-time nearest takes the estimates beside "
+                "one, --max-time-difference 1.1 takes what lies between two of them as well"));
+  matching.truth_time = TruthTime::nearest;
+  EXPECT_THAT(said(), HasSubstr("1 s apart: --max-time-difference 1.1 takes"));
+}
+
 }  // namespace
 }  // namespace credence::internal

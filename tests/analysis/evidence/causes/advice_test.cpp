@@ -208,7 +208,7 @@ TEST(Causes, SignsOfNisAndAutocorrelationNameTheNoise) {
     Cause cause;
   } cases[] = {{1.3, 0.2, Cause::process_noise_too_small},
                {1.3, -0.2, Cause::measurement_noise_too_small},
-               {0.7, 0.2, Cause::measurement_noise_too_large},
+               {0.7, 0.15, Cause::measurement_noise_too_large},
                {0.7, -0.2, Cause::process_noise_too_large},
                {1.0, 0.2, Cause::coloured_noise},
                {0.82, 0.38, Cause::coloured_noise}};
