@@ -98,14 +98,15 @@ bool is_coloured(double lag_1, double size) {
 
 // More than an R that is too large leaves of a random walk; filters of more states and a large gain may show
 // as much.
-bool is_coloured_or_of_R(double lag_1, double size, const InnovationShape& shape, const Findings& findings) {
+bool is_coloured_or_large_noise(double lag_1, double size, const InnovationShape& shape,
+                                const Findings& findings) {
   const bool small = shape.sensor.empty() ? shape.excess < 0.0 : findings.wrong_sensors[0].nis < 1.0;
   return small && is_inconsistent(findings.nis.verdict) && lag_1 > std::tanh(0.5 * size);
 }
 
 // Noise that stays goes into the state, with innovations as small as those of an R that is too large; but
 // such an R makes the errors smaller than P claims.
-Causes coloured_or_of_R(double lag_1, const Findings& findings) {
+Causes coloured_or_large_noise(double lag_1, const Findings& findings) {
   const ConsistencyVerdict& nees = findings.nees;
   const std::string why =
       fmt::format("the lag-1 autocorrelation is {} and mean NIS {} of {}", number_text(lag_1, 2),
@@ -173,8 +174,8 @@ Causes find_coloured_noise(const Findings& findings) {
   const InnovationShape shape = innovation_shape(findings);
   const double size = size_of_nis(shape, findings);
   if (!is_coloured(lag_1, size)) {
-    if (!is_coloured_or_of_R(lag_1, size, shape, findings)) return {};
-    return coloured_or_of_R(lag_1, findings);
+    if (!is_coloured_or_large_noise(lag_1, size, shape, findings)) return {};
+    return coloured_or_large_noise(lag_1, findings);
   }
   return {{Cause::coloured_noise,
            fmt::format("the lag-1 autocorrelation is {}, too much for a mean NIS of {} where "
