@@ -360,6 +360,20 @@ ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t
   return verdict;
 }
 
+/// What is too large at several steps, all of them in the first tenth, where heavy tails alone hardly gather;
+/// null: nothing is.
+const ConsistencyVerdict* wrong_at_start(const Judgement& j) {
+  constexpr std::int64_t kFewest = 3, kTenths = 10;
+  const auto is_wrong = [](const ConsistencyVerdict& v) {
+    return v.optimistic_steps.count >= kFewest && kTenths * v.optimistic_steps.last <= std::ssize(v.steps);
+  };
+  if (is_wrong(j.nees)) return &j.nees;
+  for (const BlockVerdict& block : j.blocks) {
+    if (is_wrong(block.verdict)) return &block.verdict;
+  }
+  return nullptr;
+}
+
 /// NEES, NIS of each sensor, its components and pairs of them, which share what NIS has, NEES and NIS over
 /// time, the blocks, the directions of P, and P by the σ that it claims.
 Word word_of(const Evidence& e, const Judgement& j) {
@@ -435,7 +449,13 @@ Word word_of(const Evidence& e, const Judgement& j) {
     if (j.lost.runs.size() == 1) word.says += fmt::format(", from its row {} on", j.lost.runs.front().row);
   } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
     word.verdict = Verdict::not_gaussian;
-    word.says = "the covariance is right, the errors are not Gaussian (heavy tails)";
+    const ConsistencyVerdict* const start = wrong_at_start(j);
+    word.says = start == nullptr
+                    ? "the covariance is right, the errors are not Gaussian (heavy tails)"
+                    : fmt::format(
+                          "the covariance is right but perhaps in {}, where it is too small or the tails "
+                          "are heavier; the errors are not Gaussian (heavy tails)",
+                          start->text_of(start->optimistic_steps));
   }
   return word;
 }

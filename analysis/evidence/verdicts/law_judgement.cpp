@@ -188,19 +188,6 @@ struct MomentTests {
   }
 };
 
-/// Over the rows 1, 2 to 3, 4 to 7, … of each run: a wrong start hardly shows in all rows together.
-std::vector<SkewedMoments> averages_from_start(std::span<const std::vector<double>> runs) {
-  std::vector<SkewedMoments> averages;
-  for (const std::vector<double>& run : runs) {
-    std::size_t window = 0;
-    for (std::size_t row = 0; row < run.size(); row = 2 * row + 1, ++window) {
-      if (averages.size() <= window) averages.emplace_back();
-      averages[window].add(average_of(std::span(run).subspan(row, std::min(row + 1, run.size() - row))));
-    }
-  }
-  return averages;
-}
-
 /// Of a study of many runs: the units are these, and the runs at each step.
 MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
                             const SecondMomentJudgement& second) {
@@ -216,11 +203,7 @@ MomentTests moments_of_many(const Evidence& e, const StudyStatistics& all,
   if (second.test.reason.empty()) tests.add(second.test.p_value);
   tests.p_values.add(step_profile_p_value(e.whole_runs.nees));
   const LeastPValue steps = least_run_mean_p_value(e.law.nis_at, 1.0, kFewestRuns);
-  const LeastPValue start = least_run_mean_p_value(averages_from_start(e.whole_runs.nees), 1.0, kFewestRuns);
-  for (const LeastPValue& at_steps : {steps, start}) {
-    if (at_steps.tests > 0)
-      tests.p_values.add(of_skewed(at_steps.p_value * static_cast<double>(at_steps.tests)));
-  }
+  if (steps.tests > 0) tests.p_values.add(of_skewed(steps.p_value * static_cast<double>(steps.tests)));
   return tests;
 }
 

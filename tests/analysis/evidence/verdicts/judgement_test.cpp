@@ -846,6 +846,35 @@ TEST(Judgement, WhatFewRunsWouldTellIsByTheCorrelationWithinThem) {
   EXPECT_LE(j.settle_nees.runs, 60) << j.settle_nees.observed_factor;
 }
 
+/// Errors of 30 runs of 400 steps with the right P, but for the first 20 steps of every fifth run, whose
+/// variance is eight times what P says.
+Judgement heavy_at_the_start() {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  EvidenceRecorder recorder({.states = {"a", "b"}, .angles = {false, false}});
+  Step step;
+  step.states = {0, 1};
+  step.P = Matrix::Identity(2, 2);
+  for (int run = 0; run < 30; ++run) {
+    recorder.begin_run();
+    for (step.step = 1; step.step <= 400; ++step.step) {
+      const double scale = std::sqrt(step.step <= 20 && run % 5 == 0 ? 8.0 : 1.0);
+      step.error = Vector{{scale * normal(random), scale * normal(random)}};
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take());
+}
+
+TEST(Judgement, HeavyTailsDoNotHideAStartThatIsWrong) {
+  const Judgement j = heavy_at_the_start();
+  EXPECT_EQ(j.word.verdict, Verdict::not_gaussian);
+  EXPECT_EQ(
+      j.word.says,
+      "the covariance is right but perhaps in steps 2 to 20, where it is too small or the tails are heavier; "
+      "the errors are not Gaussian (heavy tails)");
+}
+
 /// Innovations of two components of so many runs, one of 2,000 rows and the others of 1,600, of which every
 /// variance is so many times what S says and each is correlated with the one before it.
 Judgement innovations_over_time(int runs, double correlation, double (*factor)(std::int64_t)) {
