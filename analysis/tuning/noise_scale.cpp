@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "analysis/laws/chi_square/chi_square_truncated.h"
 #include "analysis/laws/mean/effective_sample.h"
@@ -34,24 +33,15 @@ double scale_of_mean(double mean, double dof, double gate) {
   return 0.5 * (low + high);
 }
 
-/// Of all runs together, about their common mean; NaN where they do not vary.
-double common_correlation_time(NisOfRuns runs, double mean) {
-  const std::vector<std::span<const double>> series(runs.begin(), runs.end());
-  const EffectiveSample sample = effective_sample(series, mean);
-  return sample.reason.empty() ? sample.correlation_time : kNaN;
-}
-
 /// How many stretches to cut each run into: of kTimesAPart correlation times if that gives ten in all, and no
 /// more than kMostParts in all, else five of each.
 std::vector<std::int64_t> stretch_counts(NisOfRuns runs) {
-  double sum = 0.0, values = 0.0;
-  for (const std::vector<double>& run : runs) {
-    sum = std::accumulate(run.begin(), run.end(), sum);
-    values += static_cast<double>(run.size());
-  }
-  const double time = common_correlation_time(runs, sum / values);
+  const EffectiveSample sample = effective_sample(runs);
   std::vector<std::int64_t> many(runs.size(), 0), few(runs.size(), 0);
-  if (!std::isfinite(time)) return few;
+  if (!sample.reason.empty()) return few;
+  const double time = sample.correlation_time;
+  double values = 0.0;
+  for (const std::vector<double>& run : runs) values += static_cast<double>(run.size());
   std::int64_t possible = 0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const auto length = static_cast<double>(runs[r].size());

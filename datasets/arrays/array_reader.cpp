@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/linear_algebra/asymmetry.h"
+#include "core/linear_algebra/symmetry.h"
 #include "core/manifold/angle.h"
 
 namespace credence::internal {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/linear_algebra/asymmetry.h"
+#include "core/linear_algebra/symmetry.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "datasets/data_error.h"
@@ -17,7 +17,6 @@
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/short_fields.h"
 #include "datasets/logs/short_number.h"
-#include "datasets/logs/symmetry.h"
 
 namespace credence::internal {
 namespace {

@@ -7,12 +7,11 @@
 #include <cstddef>
 #include <optional>
 
-#include "core/linear_algebra/asymmetry.h"
+#include "core/linear_algebra/symmetry.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/pose_columns.h"
-#include "datasets/logs/symmetry.h"
 
 namespace credence::internal {
 namespace {

@@ -1,6 +1,7 @@
 #include "montecarlo/engine/experiment.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace credence {
 
@@ -34,11 +35,7 @@ std::optional<StudyStatistics> Experiment::show_chunk(std::int64_t first_run, st
 }
 
 RunTrace Experiment::trace(std::int64_t run) const {
-  RunTrace trace = describe_world();
-  trace.layout = layout_;
-  trace.run = run;
-  trace.outcome = visit(run, [&](const TraceStep& step) { trace.steps.push_back(step); });
-  return trace;
+  return *trace_to_draw(run, std::numeric_limits<double>::infinity());
 }
 
 std::optional<RunTrace> Experiment::trace_to_draw(std::int64_t run, double most_bytes) const {

@@ -402,31 +402,28 @@ Word word_of(const Evidence& e, const Judgement& j) {
     add(sensor.components, component_name);
     add(sensor.pairs, pair_name);
   }
-  // above, below: whether it is larger at some time than it should be, and smaller.
-  const auto add_over_time = [&](const std::string& of, double p, const ConsistencyVerdict& v, double weight,
-                                 bool of_S, bool above, bool below) {
+  // Whether it is larger at some time than it should be, and smaller, is told by the size of its waves.
+  const auto add_over_time = [&](const std::string& of, const Modulation& over_time,
+                                 const ConsistencyVerdict& v, double weight, bool of_S) {
+    const double p = over_time.p_value, mean = v.mean / v.expected;
     if (std::isnan(p)) return;
     const auto add = [&](const char* when, const DirectedPValues& p_value) {
       averages.push_back(averaged_verdict(p_value, 1, v.count));
       parts.push_back({of + when, &averages.back(), 0.5 * weight, false, of_S, true});
     };
-    add(kAtSomeTimes, {above ? p : 1.0, kNaN});
-    add(kAtOthers, {kNaN, below ? p : 1.0});
+    add(kAtSomeTimes, {mean * (1.0 + over_time.amplitude) > 1.0 ? p : 1.0, kNaN});
+    add(kAtOthers, {kNaN, mean * (1.0 - over_time.amplitude) < 1.0 ? p : 1.0});
   };
   for (const NeesOverTime& nees : j.nees_over_time) {
     const auto block = std::ranges::find(j.blocks, nees.of, &BlockVerdict::name);
     const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
-    const double mean = v.mean / v.expected, parts_of_it = static_cast<double>(j.nees_over_time.size() - 1);
+    const double parts_of_it = static_cast<double>(j.nees_over_time.size() - 1);
     const double share = parts_of_it == 0.0 ? 1.0 : nees.of.empty() ? 0.5 : 0.5 / parts_of_it;
-    add_over_time(nees.part(), nees.p_value, v, share * kWordOverTime, false,
-                  mean * (1.0 + nees.amplitude) > 1.0, mean * (1.0 - nees.amplitude) < 1.0);
+    add_over_time(nees.part(), nees, v, share * kWordOverTime, false);
   }
   for (const SensorJudgement& sensor : j.sensors) {
-    const double mean = sensor.nis.mean / sensor.nis.expected;
-    add_over_time(of_sensor("NIS", sensor), sensor.over_time.p_value, sensor.nis,
-                  kWordOverTime / static_cast<double>(j.sensors.size()), true,
-                  mean * (1.0 + sensor.over_time.amplitude) > 1.0,
-                  mean * (1.0 - sensor.over_time.amplitude) < 1.0);
+    add_over_time(of_sensor("NIS", sensor), sensor.over_time, sensor.nis,
+                  kWordOverTime / static_cast<double>(j.sensors.size()), true);
   }
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
@@ -495,32 +492,41 @@ void judge_fitted(TruthFit fit, Judgement& j) {
   j.word.joined.clear();
 }
 
-/// A run that failed has no rows where the filter was worst. Where many have, the others do not speak for it.
-void leave_failed_open(const StudyStatistics& all, Judgement& j) {
-  constexpr double kMost = 0.05;
-  if (j.word.verdict == Verdict::optimistic || j.word.verdict == Verdict::mixed) return;
-  const auto failed = std::ssize(all.failures);
-  if (static_cast<double>(failed) <= kMost * static_cast<double>(all.runs)) return;
+/// Of failed runs and rejected rows, beyond which the others do not speak for the filter.
+constexpr double kMostLost = 0.05;
+
+void leave_word_open(std::string reason, Judgement& j) {
   j.word.verdict = Verdict::undecided;
   j.word.says.clear();
-  j.nees.reason = fmt::format("{} of {} runs failed{}", failed, all.runs,
-                              failed < all.runs ? ", and the others do not speak for them" : "");
+  j.nees.reason = std::move(reason);
+}
+
+bool is_large(const Judgement& j) {
+  return j.word.verdict == Verdict::optimistic || j.word.verdict == Verdict::mixed;
+}
+
+/// A run that failed has no rows where the filter was worst. Where many have, the others do not speak for it.
+void leave_failed_open(const StudyStatistics& all, Judgement& j) {
+  if (is_large(j)) return;
+  const auto failed = std::ssize(all.failures);
+  if (static_cast<double>(failed) <= kMostLost * static_cast<double>(all.runs)) return;
+  leave_word_open(fmt::format("{} of {} runs failed{}", failed, all.runs,
+                              failed < all.runs ? ", and the others do not speak for them" : ""),
+                  j);
 }
 
 /// A rejected row has a P, or an error, that is none. Where many are, the others do not speak for the filter.
 void leave_rejected_open(const Evidence& e, Judgement& j) {
-  constexpr double kMost = 0.05;
-  if (j.word.verdict == Verdict::optimistic || j.word.verdict == Verdict::mixed) return;
+  if (is_large(j)) return;
   std::int64_t judged = e.has_truth ? j.nees.count : j.nis.count;
   for (const BlockVerdict& block : j.blocks) judged = std::max(judged, block.verdict.count);
   const std::int64_t rejected = e.rejected_rows(), all = rejected + judged;
-  if (static_cast<double>(rejected) <= kMost * static_cast<double>(all)) return;
+  if (static_cast<double>(rejected) <= kMostLost * static_cast<double>(all)) return;
   const auto count = [](const auto& of_reason) { return of_reason.second.count; };
-  j.word.verdict = Verdict::undecided;
-  j.word.says.clear();
-  j.nees.reason =
+  leave_word_open(
       fmt::format("{} of {} rows are rejected (most of them: {}), and the others do not speak for them",
-                  rejected, all, std::ranges::max_element(e.rejected, {}, count)->first);
+                  rejected, all, std::ranges::max_element(e.rejected, {}, count)->first),
+      j);
 }
 
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
@@ -530,12 +536,13 @@ void leave_coloured_open(Judgement& j) {
   const auto coloured = std::ranges::find_if(
       j.sensors, [&](const SensorJudgement& s) { return speaks(j, of_sensor(kWhiteness, s)); });
   if (coloured == j.sensors.end()) return;
-  j.word.verdict = Verdict::undecided;
-  j.word.says.clear();
-  j.nees.reason = fmt::format(
-      "the mean NIS is right, but the innovations{} are not white ({}): the gain is not the best one, "
-      "so that P need not be right",
-      coloured->name.empty() ? "" : " of " + coloured->name, p_value_statement(coloured->whiteness.p_value));
+  leave_word_open(
+      fmt::format(
+          "the mean NIS is right, but the innovations{} are not white ({}): the gain is not the best one, "
+          "so that P need not be right",
+          coloured->name.empty() ? "" : " of " + coloured->name,
+          p_value_statement(coloured->whiteness.p_value)),
+      j);
 }
 
 /// More than a size of the innovations makes them look that goes up and down in time: it doubles the variance

@@ -33,19 +33,14 @@ VerdictDesign design_of(const ConsistencyVerdict& v, double runs, bool white, do
 /// A run's length over the correlation time within the runs, about their common mean; NaN where nothing
 /// varies.
 double effective_steps_within(std::span<const std::vector<double>> runs) {
-  if (runs.empty()) return kNaN;
   std::size_t longest = 0;
   for (const std::vector<double>& run : runs) longest = std::max(longest, run.size());
   std::vector<std::vector<double>> series;
-  Moments all;
-  for (const std::vector<double>& run : runs) {
-    series.push_back(thinned(run, longest).values);
-    for (const double value : series.back()) all.add(value);
-  }
-  const std::vector<std::span<const double>> views(series.begin(), series.end());
-  const EffectiveSample sample = effective_sample(views, all.mean);
-  const double all_rows = static_cast<double>(all.count), all_runs = static_cast<double>(runs.size());
-  return sample.reason.empty() ? unbiased_size(all_rows, sample.correlation_time) / all_runs : kNaN;
+  for (const std::vector<double>& run : runs) series.push_back(thinned(run, longest).values);
+  const EffectiveSample sample = effective_sample(series);
+  if (!sample.reason.empty()) return kNaN;
+  return unbiased_size(sample.size * sample.correlation_time, sample.correlation_time) /
+         static_cast<double>(runs.size());
 }
 
 /// By what factors P may be wrong for the averages of stretches or runs, whose mean at the level of the

@@ -326,11 +326,11 @@ NeesOverTime of_runs_over_time(const RunSums& runs, const std::vector<Index>& st
   NeesOverTime result;
   SmallestPValue p_values;
   for (std::size_t i = 0; i < runs.samples.size(); ++i) {
-    const ErrorModulation of_run = error_modulation(runs.samples[i](states, Eigen::all));
+    const Modulation of_run = error_modulation(runs.samples[i](states, Eigen::all));
     p_values.add(of_run.p_value);
     if (!(of_run.p_value >= result.p_value) && !std::isnan(of_run.p_value)) {
       const auto values = static_cast<double>(runs.samples[i].cols());
-      static_cast<ErrorModulation&>(result) = of_run;
+      static_cast<Modulation&>(result) = of_run;
       result.wave *= std::round(static_cast<double>(runs.nees[i].size()) / values);
     }
   }

@@ -117,7 +117,7 @@ Modulation nis_over_time(const SensorSums& sensor);
 
 /// Whether errors go up and down in time over their σ (error_modulation.h): of the run that speaks most,
 /// Bonferroni over the runs; `wave` in its rows.
-struct NeesOverTime : ErrorModulation {
+struct NeesOverTime : Modulation {
   std::string of{};  ///< the block; "": the state
 
   /// What the word calls it.

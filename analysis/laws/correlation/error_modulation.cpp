@@ -164,7 +164,7 @@ TooLarge too_large(std::vector<double> ratios) {
 
 }  // namespace
 
-ErrorModulation error_modulation(const MatrixRef& z) {
+Modulation error_modulation(const MatrixRef& z) {
   if (z.cols() < kFewestVectors || !z.allFinite()) return {};
   constexpr double kMostOfOne = 2.5, kRounding = 1e-9;
   constexpr Index kEighths = 8;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/nan.h"
+#include "analysis/laws/correlation/modulation.h"
 #include "core/types.h"
 
 /// @file
@@ -9,13 +9,8 @@
 
 namespace credence::internal {
 
-struct ErrorModulation {
-  double p_value = kNaN;
-  double wave = kNaN;       ///< values in a wave, or in the shortest of the slow ones, that speaks most
-  double amplitude = kNaN;  ///< of |z|² in them, over its mean
-};
-
-/// The p-value of "z_k = e_k/σ_k, one a column, is a stationary series of vectors", by Σ_k |z_k|² e^{−iωk}.
+/// The p-value of "z_k = e_k/σ_k, one a column, is a stationary series of vectors", by Σ_k |z_k|² e^{−iωk};
+/// wave and amplitude are of |z_k|².
 ///
 /// With Z_λ the Fourier transform of z, N of them, this is E_j = Σ_λ Z_λ* Z_{λ+j}/N at ω = 2πj/N. The phases
 /// of the terms of a Gaussian z are independent and uniform given their sizes, whatever the memory of z:
@@ -30,6 +25,6 @@ struct ErrorModulation {
 ///
 /// NaNs where it is not made, of fewer than 130 vectors and of zeros. Cost d N log²N. Measured levels are in
 /// docs/statistics.md.
-ErrorModulation error_modulation(const MatrixRef& z);
+Modulation error_modulation(const MatrixRef& z);
 
 }  // namespace credence::internal

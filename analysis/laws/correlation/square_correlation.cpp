@@ -46,6 +46,14 @@ std::optional<double> cautious(std::optional<double> time, double values) {
   return values / (worth - kLess);
 }
 
+/// u_k and u_{k−h}, at h = 1, 2, …
+std::vector<Matrix> correlations_of(const LagProducts& products) {
+  std::vector<Matrix> correlations = standardised_products(products);
+  for (Index h = 1; Matrix & R : correlations)
+    R *= static_cast<double>(products.pairs(0)) / static_cast<double>(products.pairs(h++));
+  return correlations;
+}
+
 SquareCorrelation joined(std::optional<double> of_sum, std::optional<double> of_component) {
   if (!of_sum || !of_component) return {.known = false};
   return {.of_sum = *of_sum, .of_component = *of_component};

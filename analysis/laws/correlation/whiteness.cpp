@@ -174,16 +174,13 @@ LagProducts LagProducts::about(const Vector& mean) const {
   return {products, pairs_, invalid_};
 }
 
-std::vector<Matrix> correlations_of(const LagProducts& products) {
-  std::vector<Matrix> correlations;
+std::vector<Matrix> standardised_products(const LagProducts& products) {
+  std::vector<Matrix> standardised;
   const Eigen::LLT<Matrix> factor(products.product(0));
-  if (factor.info() != Eigen::Success) return correlations;
-  const auto values = static_cast<double>(products.pairs(0));
-  for (Index h = 1; h <= products.lags() && products.pairs(h) > 0; ++h) {
-    const double per_pair = values / static_cast<double>(products.pairs(h));
-    correlations.emplace_back(per_pair * standardise(products.product(h), factor));
-  }
-  return correlations;
+  if (factor.info() != Eigen::Success) return standardised;
+  for (Index h = 1; h <= products.lags() && products.pairs(h) > 0; ++h)
+    standardised.push_back(standardise(products.product(h), factor));
+  return standardised;
 }
 
 WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
@@ -194,8 +191,8 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
   result.statistic = result.p_value = result.share_outside = kNaN;
   result.reason = reason_not_to_test(products);
   if (!result.reason.empty()) return result;
-  const Eigen::LLT<Matrix> factor(products.product(0));
-  if (factor.info() != Eigen::Success) {
+  const std::vector<Matrix> standardised = standardised_products(products);
+  if (standardised.empty()) {
     result.reason = "the covariance of the innovations is singular";
     return result;
   }
@@ -208,10 +205,9 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
   constexpr double kOfRoot = 0.6;
   const Index most = std::max<Index>(1, static_cast<Index>(kOfRoot * std::sqrt(values)));
   Index outside = 0;
-  for (Index h = 1; h <= products.lags() && products.pairs(h) > 0; ++h) {
+  for (Index h = 1; const Matrix& correlation : standardised) {
     const double pairs = static_cast<double>(products.pairs(h));
-    const Matrix correlation = standardise(products.product(h), factor);
-    if (h <= most) {
+    if (h++ <= most) {
       statistic += dim * dim * correlation.squaredNorm() / expected_norm(pairs, values, dim);
       result.dof += dim * dim;
     }

@@ -87,8 +87,8 @@ struct WhitenessTest {
 /// lags 5.0 to 10.8 %. Lags without products are left out, with their dof.
 WhitenessTest test_whiteness(const LagProducts& products, double confidence);
 
-/// C_0^{-1/2} C_h C_0^{-1/2} of C_h, the average of u_k u_{k−h}ᵀ, at the lags h = 1, 2, … that have products;
-/// none where C_0 is singular.
-std::vector<Matrix> correlations_of(const LagProducts& products);
+/// C_0^{-1/2} C_h C_0^{-1/2} of the sums C_h of u_k u_{k−h}ᵀ at the lags h = 1, 2, … that have products; none
+/// where C_0 is singular.
+std::vector<Matrix> standardised_products(const LagProducts& products);
 
 }  // namespace credence::internal

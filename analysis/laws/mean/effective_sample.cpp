@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <vector>
 
@@ -155,6 +156,16 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
   result.correlation_time = std::max(1.0, time);
   result.size = values / result.correlation_time;
   return result;
+}
+
+EffectiveSample effective_sample(std::span<const std::vector<double>> series) {
+  double sum = 0.0, values = 0.0;
+  for (const std::vector<double>& of_run : series) {
+    sum = std::accumulate(of_run.begin(), of_run.end(), sum);
+    values += static_cast<double>(of_run.size());
+  }
+  const std::vector<std::span<const double>> views(series.begin(), series.end());
+  return effective_sample(views, sum / values);
 }
 
 double average_of(std::span<const double> values) {

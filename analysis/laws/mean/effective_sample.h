@@ -64,6 +64,9 @@ struct EffectiveSample {
 /// biased. A series whose deviations are all zero, or none, gives a reason.
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean);
 
+/// The same of several series about their common mean.
+EffectiveSample effective_sample(std::span<const std::vector<double>> series);
+
 /// The mean of the values; NaN of none.
 double average_of(std::span<const double> values);
 

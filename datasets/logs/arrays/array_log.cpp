@@ -12,7 +12,7 @@
 
 #include "core/append_item.h"
 #include "core/control_characters.h"
-#include "core/linear_algebra/asymmetry.h"
+#include "core/linear_algebra/symmetry.h"
 #include "core/manifold/angle.h"
 #include "core/utf8.h"
 #include "datasets/data_error.h"
@@ -20,7 +20,6 @@
 #include "datasets/logs/conventions/log_conventions.h"
 #include "datasets/logs/conventions/swapped_axes.h"
 #include "datasets/logs/number_field.h"
-#include "datasets/logs/symmetry.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
 namespace credence::internal {

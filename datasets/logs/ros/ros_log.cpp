@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/append_item.h"
-#include "core/linear_algebra/asymmetry.h"
+#include "core/linear_algebra/symmetry.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/conventions/thinned.h"
@@ -21,7 +21,6 @@
 #include "datasets/logs/ros/ros1_bag.h"
 #include "datasets/logs/ros/ros2_sqlite.h"
 #include "datasets/logs/ros/ros_messages.h"
-#include "datasets/logs/symmetry.h"
 #include "datasets/logs/time_offset.h"
 #include "datasets/logs/truth_placement.h"
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/linear_algebra/asymmetry.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/psd_root.h"
+#include "core/linear_algebra/symmetry.h"
 #include "core/manifold/angle.h"
 
 namespace credence::internal {
@@ -26,9 +26,7 @@ void require_size(const char* name, Index size, Index n) {
 void require_covariance(const char* name, const Matrix& M, Index n) {
   require_square(name, M, n);
   if (!M.allFinite()) throw std::invalid_argument(fmt::format("{} is not finite", name));
-  const Vector deviation = M.diagonal().cwiseAbs().cwiseSqrt();
-  const Matrix apart = (M - M.transpose()).cwiseAbs() - kMostAsymmetry * deviation * deviation.transpose();
-  if ((apart.array() > 0.0).any()) throw std::invalid_argument(fmt::format("{} is not symmetric", name));
+  if (!is_symmetric(M, kMostAsymmetry)) throw std::invalid_argument(fmt::format("{} is not symmetric", name));
   if (is_psd(M, kMostAsymmetry)) return;
   throw std::invalid_argument(fmt::format("{} is not positive semidefinite", name));
 }

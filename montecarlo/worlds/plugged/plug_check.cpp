@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/linear_algebra/asymmetry.h"
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/symmetry.h"
 #include "core/record/unwrapped_angles.h"
 
 namespace credence::internal {

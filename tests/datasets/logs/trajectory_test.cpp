@@ -41,7 +41,7 @@ std::vector<SpatialPose> curve(int count) {
   return poses;
 }
 
-const Vector3d kPositionError(0.3, -0.2, 0.1), kTurn(0.02, -0.05, 0.03);
+const Vector3d kPositionError(0.3, -0.2, 0.1), kTilt(0.02, -0.05, 0.03);
 
 class TrajectoryFiles : public ::testing::Test {
  protected:
@@ -75,7 +75,7 @@ TEST_F(TrajectoryFiles, OpenVinsHasTheRotationBlockFirstAndErrorsInTheBody) {
   std::string text = "# timestamp(s) tx ty tz qx qy qz qw Pr11 …\n";
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const SpatialPose estimate{truth[i].position + kPositionError,
-                               truth[i].orientation * rotation_exp(kTurn)};
+                               truth[i].orientation * rotation_exp(kTilt)};
     text += pose_text(0.1 * static_cast<double>(i), estimate) + " 1 0.1 0.2 2 0.3 3 10 1 2 20 3 30\n";
   }
   const Trajectory estimate = read_estimate(write("e.txt", text), TrajectoryFormat::openvins, {});
@@ -89,7 +89,7 @@ TEST_F(TrajectoryFiles, OpenVinsHasTheRotationBlockFirstAndErrorsInTheBody) {
   }
   for (const Step& row : errors.rows) {
     EXPECT_LT((row.error.head<3>() - kPositionError).norm(), 1e-12);
-    EXPECT_LT((row.error.tail<3>() - kTurn).norm(), 1e-12);
+    EXPECT_LT((row.error.tail<3>() - kTilt).norm(), 1e-12);
     EXPECT_EQ(row.P(0, 0), 10.0);
     EXPECT_EQ(row.P(1, 2), 3.0);
     EXPECT_EQ(row.P(5, 4), 0.3);
@@ -102,7 +102,7 @@ TEST_F(TrajectoryFiles, TumHoldsAJointCovarianceWithErrorsInTheAxesThatOneNames)
   const auto truth = curve(3);
   std::string text;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    const SpatialPose estimate{truth[i].position, rotation_exp(kTurn) * truth[i].orientation};
+    const SpatialPose estimate{truth[i].position, rotation_exp(kTilt) * truth[i].orientation};
     text += pose_text(0.1 * static_cast<double>(i), estimate);
     for (int c = 1; c <= 21; ++c) text += fmt::format(" {}", c);
     text += "\n";
@@ -114,8 +114,8 @@ TEST_F(TrajectoryFiles, TumHoldsAJointCovarianceWithErrorsInTheAxesThatOneNames)
   const Trajectory body = read_estimate(file, TrajectoryFormat::tum, {});
   const Step in_world = trajectory_errors(world, truth_read, {}).rows.at(2);
   const Step in_body = trajectory_errors(body, truth_read, {}).rows.at(2);
-  EXPECT_LT((in_world.error.tail<3>() - kTurn).norm(), 1e-12);
-  EXPECT_LT((in_body.error.tail<3>() - truth[2].orientation.conjugate() * kTurn).norm(), 1e-12);
+  EXPECT_LT((in_world.error.tail<3>() - kTilt).norm(), 1e-12);
+  EXPECT_LT((in_body.error.tail<3>() - truth[2].orientation.conjugate() * kTilt).norm(), 1e-12);
   EXPECT_EQ(in_world.P(0, 5), 6.0);
   EXPECT_EQ(in_world.P(1, 1), 7.0);
   EXPECT_EQ(in_world.P(5, 5), 21.0);
@@ -186,15 +186,15 @@ TEST_F(TrajectoryFiles, CnspySaysItsAxesInAColumn) {
   };
   const SpatialPose& t = truth[1];
   // type1: p = p̂ + R̂ e, R = R̂ Exp(e); the estimate is off by −e.
-  const Quaterniond R_hat = t.orientation * rotation_exp(kTurn);
+  const Quaterniond R_hat = t.orientation * rotation_exp(kTilt);
   const Step body = error_of("type1", {t.position + R_hat * kPositionError, R_hat});
   EXPECT_LT((body.error.head<3>() - kPositionError).norm(), 1e-12);
-  EXPECT_LT((body.error.tail<3>() - kTurn).norm(), 1e-12);
+  EXPECT_LT((body.error.tail<3>() - kTilt).norm(), 1e-12);
   const Step mixed = error_of("type5", {t.position + kPositionError, R_hat});
   EXPECT_LT((mixed.error.head<3>() - kPositionError).norm(), 1e-12);
-  EXPECT_LT((mixed.error.tail<3>() - kTurn).norm(), 1e-12);
-  const Step world = error_of("type6", {t.position + kPositionError, rotation_exp(kTurn) * t.orientation});
-  EXPECT_LT((world.error.tail<3>() - kTurn).norm(), 1e-12);
+  EXPECT_LT((mixed.error.tail<3>() - kTilt).norm(), 1e-12);
+  const Step world = error_of("type6", {t.position + kPositionError, rotation_exp(kTilt) * t.orientation});
+  EXPECT_LT((world.error.tail<3>() - kTilt).norm(), 1e-12);
   EXPECT_EQ(world.P.diagonal(), (Vector(6) << 1, 2, 3, 4, 5, 6).finished());
   EXPECT_THROW(error_of("type3", t), DataError);
 }

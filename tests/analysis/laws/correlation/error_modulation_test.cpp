@@ -85,7 +85,7 @@ TEST(ErrorModulation, AWaveIsSeenAndToldByItsLength) {
         const auto wave = [period](Index k) {
           return 1.0 + 0.7 * std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / period);
         };
-        const ErrorModulation found = error_modulation(errors_of(100 + i, 2000, {phi, phi, phi}, wave));
+        const Modulation found = error_modulation(errors_of(100 + i, 2000, {phi, phi, phi}, wave));
         seen += found.p_value <= 1e-4;
         told += std::abs(found.wave / period - 1.0) < 0.1 && std::abs(found.amplitude - 0.7) < 0.3;
       }
@@ -104,7 +104,7 @@ TEST(ErrorModulation, AStepIsSeen) {
 TEST(ErrorModulation, IsOfEveryScale) {
   const auto wave = [](Index k) { return 1.0 + 0.3 * std::sin(0.05 * static_cast<double>(k)); };
   const Matrix z = errors_of(3, 500, {0.2, 0.4}, wave);
-  const ErrorModulation found = error_modulation(z), scaled = error_modulation(3.0 * z);
+  const Modulation found = error_modulation(z), scaled = error_modulation(3.0 * z);
   EXPECT_NEAR(found.p_value / scaled.p_value, 1.0, 1e-9);
   EXPECT_EQ(found.wave, scaled.wave);
   EXPECT_NEAR(found.amplitude, scaled.amplitude, 1e-9);

@@ -390,5 +390,14 @@ TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
   EXPECT_EQ(stretch_averages({}).averages.count, 0);
 }
 
+TEST(EffectiveSample, OfSeveralSeriesIsAboutTheirCommonMean) {
+  const std::vector<std::vector<double>> runs = {{1.0, 3.0, 2.0, 4.0, 2.5}, {5.0, 6.0, 4.5}};
+  const std::vector<std::span<const double>> views(runs.begin(), runs.end());
+  const EffectiveSample common = effective_sample(runs), wanted = effective_sample(views, 28.0 / 8.0);
+  EXPECT_EQ(common.correlation_time, wanted.correlation_time);
+  EXPECT_EQ(common.size, wanted.size);
+  EXPECT_FALSE(effective_sample(std::vector<std::vector<double>>{}).reason.empty());
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -1,4 +1,4 @@
-#include "datasets/logs/symmetry.h"
+#include "core/linear_algebra/symmetry.h"
 
 #include <cmath>
 
