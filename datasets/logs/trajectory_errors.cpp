@@ -12,6 +12,7 @@
 #include "datasets/logs/alignment.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/distance_travelled.h"
+#include "datasets/logs/truth_gaps.h"
 #include "datasets/logs/truth_placement.h"
 
 namespace credence {
@@ -48,6 +49,10 @@ std::optional<SpatialPose> lever_arm_of(std::span<const double> a) {
   return pose;
 }
 
+SpatialPose pose_between(const SpatialPose& a, const SpatialPose& b, double share) {
+  return {a.position + share * (b.position - a.position), a.orientation.slerp(share, b.orientation)};
+}
+
 TruthAlignment truth_alignment_named(std::string_view name) {
   for (const TruthAlignment alignment :
        {TruthAlignment::none, TruthAlignment::se2, TruthAlignment::yaw, TruthAlignment::se3}) {
@@ -57,10 +62,6 @@ TruthAlignment truth_alignment_named(std::string_view name) {
 }
 
 namespace {
-
-SpatialPose interpolated(const SpatialPose& a, const SpatialPose& b, double share) {
-  return {a.position + share * (b.position - a.position), a.orientation.slerp(share, b.orientation)};
-}
 
 /// Heading of the truth turned and moved; z moved only if `height`.
 Eigen::Isometry3d align_heading(const std::vector<SpatialPose>& truth,
@@ -92,7 +93,7 @@ Eigen::Isometry3d align_in_space(const std::vector<SpatialPose>& truth,
 }
 
 UncertainPose interpolated(const UncertainPose& a, const UncertainPose& b, double share) {
-  return {interpolated(a.pose, b.pose, share), (1.0 - share) * a.covariance + share * b.covariance};
+  return {pose_between(a.pose, b.pose, share), (1.0 - share) * a.covariance + share * b.covariance};
 }
 
 std::optional<UncertainPose> truth_as_written(const Trajectory& truth, double time_s,
@@ -105,8 +106,6 @@ std::optional<UncertainPose> truth_as_written(const Trajectory& truth, double ti
                          truth.covariances.empty() ? PoseCovariance::Zero() : truth.covariances[i]};
   };
   const double limit = matching.max_time_difference_s;
-  // Files round their times: what is this near is the same moment.
-  constexpr double kSameTime_s = 1e-6;
   if (after != end && *after - time_s <= kSameTime_s) return pose(after);
   if (after != begin && time_s - *(after - 1) <= kSameTime_s) return pose(after - 1);
   const bool has_before = after != begin && time_s - *(after - 1) <= limit;
@@ -151,9 +150,14 @@ RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joi
 }  // namespace
 
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
-                                      const TrajectoryMatching& matching) {
+                                      const TrajectoryMatching& matching, const TruthDeviation& deviation) {
   std::optional<UncertainPose> at =
       truth_as_written(truth, time_s + matching.time_offset_s.value_or(0.0), matching);
+  if (at) {
+    const Eigen::Vector3d& turn = deviation.rotation;
+    at->pose.position += deviation.position;
+    at->pose.orientation = at->pose.orientation * Eigen::AngleAxisd(turn.norm(), turn.stableNormalized());
+  }
   if (at && matching.lever_arm && truth.has_orientation) {
     move_on_body(inverse(*matching.lever_arm), kFixedAxes, at->pose, at->covariance);
   }
@@ -184,8 +188,8 @@ TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatchi
   components_.resize(layout_.states.size());
 }
 
-std::optional<UncertainPose> TruthComparison::truth_at(double time_s) const {
-  std::optional<UncertainPose> truth = credence::internal::truth_at(truth_, time_s, matching_);
+std::optional<UncertainPose> TruthComparison::truth_at(double time_s, const TruthDeviation& deviation) const {
+  std::optional<UncertainPose> truth = credence::internal::truth_at(truth_, time_s, matching_, deviation);
   if (!truth) return std::nullopt;
   truth->pose = {placement_.motion * truth->pose.position, turn_ * truth->pose.orientation};
   if (truth_.covariances.empty()) return truth;
@@ -214,9 +218,22 @@ bool TruthComparison::compare(const PoseEstimate& estimate, const UncertainPose&
 
 Matrix TruthComparison::frame_jacobian(const PoseEstimate& estimate, const UncertainPose& truth,
                                        const Step& step, const Eigen::Vector3d& centre) const {
+  return credence::internal::frame_jacobian(estimate.pose, truth.pose, centre, axes_)(components_of(step),
+                                                                                      Eigen::all);
+}
+
+std::vector<Index> TruthComparison::components_of(const Step& step) const {
   std::vector<Index> components;
   for (const Index state : step.states) components.push_back(components_[static_cast<std::size_t>(state)]);
-  return credence::internal::frame_jacobian(estimate.pose, truth.pose, centre, axes_)(components, Eigen::all);
+  return components;
+}
+
+bool TruthComparison::is_uncertain(double time_s, const UncertainPose& truth,
+                                   std::span<const TruthDeviation> deviations, const Step& step) const {
+  const std::vector<Index> components = components_of(step);
+  return std::ranges::any_of(deviations, [&](const TruthDeviation& deviation) {
+    return is_too_far(pose_error(truth_at(time_s, deviation)->pose, truth.pose, axes_)(components), step.P);
+  });
 }
 
 bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose& truth,
@@ -240,7 +257,7 @@ DataError no_truth(const std::filesystem::path& estimate, double first_s, double
     constexpr double kRoom = 1.05;
     sparse = fmt::format(
         "; the rows of the truth are {:.2g} s apart: {}--max-time-difference {:.2g} takes what lies between "
-        "two of them as well, whose errors are then those of the interpolation, too",
+        "two of them as well, where their motion is even enough for P",
         apart,
         matching.truth_time == TruthTime::nearest ? ""
                                                   : "--truth-time nearest takes the estimates beside one, ",
@@ -263,6 +280,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
   const TruthComparison comparison(truth, matching, estimate.axes, estimate.joint_covariance,
                                    result.placement);
   result.layout = comparison.layout();
+  TruthGaps gaps(truth, matching);
   DistanceTravelled travelled;
   for (std::size_t i = 0; i < estimate.poses.size(); ++i) {
     const double time = estimate.time_s[i];
@@ -279,6 +297,10 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
       ++result.used_up;
       continue;
     }
+    if (comparison.is_uncertain(time, *at, gaps.at(time), step)) {
+      gaps.leave_out();
+      continue;
+    }
     step.step = std::ssize(result.rows) + 1;
     result.rows.push_back(std::move(step));
     result.time_s.push_back(time);
@@ -288,6 +310,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
   if (result.unmatched == std::ssize(estimate.poses))
     throw no_truth(estimate.file, estimate.time_s.front(), estimate.time_s.back(), truth, matching);
   if (conventions != nullptr && sink != nullptr) conventions->tell(comparison, *sink);
+  if (sink != nullptr) gaps.tell(estimate.file, std::ssize(result.rows), *sink);
   return result;
 }
 

@@ -76,10 +76,24 @@ struct UncertainPose {
   PoseCovariance covariance = PoseCovariance::Zero();
 };
 
+/// Files round their times: what is this near is the same moment.
+inline constexpr double kSameTime_s = 1e-6;
+
+/// By what a truth may be off where it is taken to be.
+struct TruthDeviation {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  ///< on the body, rad
+};
+
+/// The share of the way from a to b: linear, and on the great circle of quaternions.
+SpatialPose pose_between(const SpatialPose& a, const SpatialPose& b, double share);
+
 /// The truth at a time, or nothing where it is too far. Between two truths the covariance is the weighted
-/// mean of theirs, which no correlation of the two exceeds. With `matching`'s time offset and lever arm.
+/// mean of theirs, which no correlation of the two exceeds. With `matching`'s time offset and lever arm, and
+/// off by `deviation` as it is written.
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
-                                      const TrajectoryMatching& matching);
+                                      const TrajectoryMatching& matching,
+                                      const TruthDeviation& deviation = {});
 
 /// The motion that takes the points of the truth to those of the estimate with the least squared error
 /// ([Umeyama 1991] without scale; heading alone: align_rigidly), whatever P says of them.
@@ -133,7 +147,7 @@ class TruthComparison {
   const RunLayout& layout() const { return layout_; }
 
   /// The truth at a time, moved; nothing where there is none.
-  std::optional<UncertainPose> truth_at(double time_s) const;
+  std::optional<UncertainPose> truth_at(double time_s, const TruthDeviation& deviation = {}) const;
 
   /// Writes states, line, error and P of those of the six components that are `kept` (ascending). False,
   /// where none of them is a state.
@@ -144,11 +158,18 @@ class TruthComparison {
   /// is known to: its error was used to place the truth.
   bool used_up(const PoseEstimate& estimate, const UncertainPose& truth, const Step& step) const;
 
+  /// Whether the truth of this row, at whose time it may be off by each of `deviations`, leaves too much
+  /// open.
+  bool is_uncertain(double time_s, const UncertainPose& truth, std::span<const TruthDeviation> deviations,
+                    const Step& step) const;
+
   /// The derivative of the error of this row by motions of the truth's frame about `centre`.
   Matrix frame_jacobian(const PoseEstimate& estimate, const UncertainPose& truth, const Step& step,
                         const Eigen::Vector3d& centre) const;
 
  private:
+  std::vector<Index> components_of(const Step& step) const;
+
   const Trajectory& truth_;
   TrajectoryMatching matching_;
   PoseErrorAxes axes_;

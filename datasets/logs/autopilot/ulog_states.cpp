@@ -16,6 +16,7 @@
 #include "datasets/logs/autopilot/ulog.h"
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/partial_read.h"
+#include "datasets/logs/truth_gaps.h"
 
 namespace credence::internal {
 namespace {
@@ -124,6 +125,17 @@ const std::vector<EstimatedMotion>& chosen(const MotionLog& log, const std::file
                                           fmt::join(instances, ", ")));
 }
 
+/// Whether the truth is off by more than P leaves room for; velocities and positions are of the same times.
+bool is_between_rows(const std::vector<TruthDeviation>& velocity, const std::vector<TruthDeviation>& position,
+                     const Matrix& P) {
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    VelocityAndPosition d;
+    d << velocity[i].position, position[i].position;
+    if (is_too_far(d.head(P.rows()), P)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
@@ -163,6 +175,8 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   const auto n = std::ssize(layout.states);
   Step step;
   for (Index i = 0; i < n; ++i) step.states.push_back(i);
+  TruthGaps gaps(log.velocity, options.matching);
+  const TruthGaps position_gaps(log.position, options.matching);
   std::int64_t unmatched = 0, not_finite = 0;
   for (const EstimatedMotion& row : rows) {
     if (!row.value.head(n).allFinite() || !row.variance.head(n).allFinite()) {
@@ -177,16 +191,21 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
     }
     VelocityAndPosition truth;
     truth << velocity->pose.position, position->pose.position + shift;
+    step.P = Matrix(row.variance.head(n).asDiagonal());
+    if (is_between_rows(gaps.at(row.time_s), position_gaps.at(row.time_s), step.P)) {
+      gaps.leave_out();
+      continue;
+    }
     ++step.step;
     step.line = row.line;
     step.error = (row.value - truth).head(n);
-    step.P = Matrix(row.variance.head(n).asDiagonal());
     sink.at(row.time_s);
     sink.add(step);
   }
   if (not_finite > 0 && not_finite == std::ssize(rows)) {
     throw DataError(file, "", fmt::format("no row of {} has a finite estimate and variance", kStates));
   }
+  gaps.tell(file, step.step, sink);
   if (step.step == 0) {
     throw DataError(file, "",
                     fmt::format("no row of {} has a truth at its time, within {} s (--max-time-difference)",

@@ -22,6 +22,7 @@
 #include "datasets/logs/ros/ros2_sqlite.h"
 #include "datasets/logs/ros/ros_messages.h"
 #include "datasets/logs/time_offset.h"
+#include "datasets/logs/truth_gaps.h"
 #include "datasets/logs/truth_placement.h"
 
 namespace credence::internal {
@@ -351,6 +352,7 @@ class RosLog {
     ConventionCheck conventions(chart(), options_.chart.has_value());
     std::int64_t steps = 0, unmatched = 0, without = 0, used_up = 0;
     bool turn_known = true;
+    TruthGaps gaps(truth, matching_);
     DistanceTravelled travelled;
     sink_.begin_run(comparison.layout());
     Step step;
@@ -370,6 +372,10 @@ class RosLog {
         ++used_up;
         return;
       }
+      if (comparison.is_uncertain(pose.time_s, *at, gaps.at(pose.time_s), step)) {
+        gaps.leave_out();
+        return;
+      }
       step.problem = is_symmetric(estimate.covariance(kept, kept), kMostAsymmetry)
                          ? ""
                          : "a covariance is not symmetric";
@@ -382,6 +388,7 @@ class RosLog {
         conventions.add(estimate, *at);
       }
     });
+    gaps.tell(file_, steps + without + used_up, sink_);
     if (steps == 0 && without == 0 && used_up == 0) {
       throw no_truth(file_, stream.first_s(), stream.last_s(), truth, matching_);
     }

@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr std::int64_t kRuns = 150, kSteps = 12;
+constexpr std::int64_t kStudyRuns = 150, kStudySteps = 12;
 constexpr Index kStates = 3, kMeasurements = 2;
 
 /// Errors N(0, P) and innovations N(0, S), laid out as a user has them.
@@ -24,8 +24,8 @@ class ArrayEvidence : public ::testing::Test {
  protected:
   ArrayEvidence() {
     const NoiseSource noise(5, 0);
-    for (std::int64_t run = 0; run < kRuns; ++run) {
-      for (std::int64_t k = 1; k <= kSteps; ++k) {
+    for (std::int64_t run = 0; run < kStudyRuns; ++run) {
+      for (std::int64_t k = 1; k <= kStudySteps; ++k) {
         std::vector<double> e(kStates + kMeasurements);
         noise.normals(run, k, NoisePurpose::measurement, e);
         error_.insert(error_.end(), e.begin(), e.begin() + kStates);
@@ -42,9 +42,9 @@ class ArrayEvidence : public ::testing::Test {
 
   const ArrayRuns& arrays() {
     arrays_.runs.clear();
-    for (std::int64_t run = 0; run < kRuns; ++run) {
+    for (std::int64_t run = 0; run < kStudyRuns; ++run) {
       ArrayRun& of = arrays_.runs.emplace_back();
-      of.steps = kSteps;
+      of.steps = kStudySteps;
       of.error = rows(error_, run, kStates);
       of.P = rows(P_, run, kStates * kStates);
       of.innovations.push_back({rows(nu_, run, kMeasurements), rows(S_, run, kMeasurements * kMeasurements)});
@@ -53,11 +53,11 @@ class ArrayEvidence : public ::testing::Test {
   }
 
   static ArrayRows rows(const std::vector<double>& values, std::int64_t run, Index row) {
-    return {values.data() + run * kSteps * row, row};
+    return {values.data() + run * kStudySteps * row, row};
   }
 
   static std::size_t at(std::int64_t run, std::int64_t step, Index row, Index i) {
-    return static_cast<std::size_t>((run * kSteps + step) * row + i);
+    return static_cast<std::size_t>((run * kStudySteps + step) * row + i);
   }
 
   std::string complaint() {
@@ -80,9 +80,9 @@ TEST_F(ArrayEvidence, IsThatOfTheSameSteps) {
 
   Evidence wanted;
   EvidenceRecorder recorder(arrays_.layout);
-  for (std::int64_t run = 0; run < kRuns; ++run) {
+  for (std::int64_t run = 0; run < kStudyRuns; ++run) {
     recorder.begin_run();
-    for (std::int64_t k = 0; k < kSteps; ++k) {
+    for (std::int64_t k = 0; k < kStudySteps; ++k) {
       Step step{.step = k + 1};
       for (Index i = 0; i < kStates; ++i) {
         if (!(run == 70 && k == 3 && i == 1)) step.states.push_back(i);
@@ -107,7 +107,7 @@ TEST_F(ArrayEvidence, IsThatOfTheSameSteps) {
   wanted.merge(recorder.take());
 
   EXPECT_EQ(got.study, wanted.study);
-  EXPECT_EQ(got.rows, kRuns * kSteps);
+  EXPECT_EQ(got.rows, kStudyRuns * kStudySteps);
   ASSERT_EQ(got.blocks.size(), 2U);
   for (std::size_t b = 0; b < 2; ++b) EXPECT_EQ(got.blocks[b].nees, wanted.blocks[b].nees);
   EXPECT_EQ(got.sensors.front().nis, wanted.sensors.front().nis);
@@ -132,8 +132,8 @@ TEST_F(ArrayEvidence, CountsAFailedRunUpToItsFailure) {
   const Evidence evidence = add_arrays(arrays_);
   ASSERT_EQ(evidence.study.failures.size(), 1U);
   EXPECT_EQ(evidence.study.failures.front(), (RunFailure{65, 5, Outcome::diverged}));
-  EXPECT_EQ(evidence.study.steps[3][Quantity::nees].count, kRuns);
-  EXPECT_EQ(evidence.study.steps[4][Quantity::nees].count, kRuns - 1);
+  EXPECT_EQ(evidence.study.steps[3][Quantity::nees].count, kStudyRuns);
+  EXPECT_EQ(evidence.study.steps[4][Quantity::nees].count, kStudyRuns - 1);
 }
 
 TEST_F(ArrayEvidence, CountsWhatIsNoCovariance) {

@@ -36,9 +36,9 @@ LogReadOptions against_truth() {
 }
 
 /// A simulated flight: 30 rows of states at 100 Hz and a truth at 50 Hz, whose origin is elsewhere; one row
-/// is not finite.
+/// is not finite. bend: of the truth's way to the north, k + bend k².
 UlogWriter simulated(bool error_state, int not_finite = -1, double latitude = 47.0,
-                     float estimated_height = 410.0F) {
+                     float estimated_height = 410.0F, float bend = 0.0F) {
   UlogWriter log;
   log.format(fmt::format("estimator_states:uint64_t timestamp;float[24] states;float[{}] covariances;",
                          error_state ? 23 : 24));
@@ -54,7 +54,7 @@ UlogWriter simulated(bool error_state, int not_finite = -1, double latitude = 47
     const auto k = static_cast<float>(i);
     ByteWriter row;
     row.add(static_cast<std::uint64_t>(1'000'000 + 10'000 * i)).add(latitude).add(8.5).add(height);
-    log.data(id, row.add(k).add(2.0F * k).add(-k).add(1.0F).add(2.0F).add(-1.0F).bytes());
+    log.data(id, row.add(k + bend * k * k).add(2.0F * k).add(-k).add(1.0F).add(2.0F).add(-1.0F).bytes());
   };
   for (int i = 0; i < 30; ++i) {
     if (i % 2 == 0) position(3, i, 400.0F);
@@ -95,6 +95,16 @@ TEST(UlogStates, StatesOfASimulatedFlightAreJudgedAgainstItsTruth) {
   EXPECT_THAT([&] { read_states(simulated(false).bytes(), options); },
               ::testing::ThrowsMessage<std::invalid_argument>(
                   HasSubstr("accepted is vehicle_local_position_groundtruth")));
+}
+
+TEST(UlogStates, WhatLiesBetweenTwoRowsOfTheTruthIsLeftOutWhereItMatters) {
+  const auto bent_by = [](float bend) {
+    return read_states(simulated(false, -1, 47.0, 410.0F, bend).bytes(), against_truth());
+  };
+  EXPECT_EQ(bent_by(0.5F).runs.at(0).steps.size(), 29U);
+  const RecordedSink bent = bent_by(2.0F);
+  EXPECT_EQ(bent.runs.at(0).steps.size(), 15U);
+  EXPECT_THAT(bent.said(), HasSubstr("14 rows are left out, whose truth lies between two of its rows"));
 }
 
 // Without an origin a local position is of an unknown place; a height of exactly 0 is one that nobody set.

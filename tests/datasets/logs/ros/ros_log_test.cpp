@@ -418,6 +418,26 @@ TEST(RosLog, TheTruthsOwnCovarianceIsAdded) {
                             "(geometry_msgs/PoseWithCovarianceStamped, 12 messages)")));
 }
 
+TEST(RosLog, WhatLiesBetweenTwoRowsOfASlowTruthIsLeftOutWhereItMatters) {
+  const auto by_a_slow_truth = [](double variance) {
+    BagContent content =
+        bag(Kind::cdr, [variance](int) -> PoseCovariance { return variance * PoseCovariance::Identity(); });
+    std::erase_if(content.messages, [odd = false](const auto& message) mutable {
+      if (message.topic == 1) odd = !odd;
+      return message.topic == 1 && !odd;
+    });
+    LogReading options = with_truth();
+    options.matching.max_time_difference_s = 0.2;
+    return read_mcap(content, options);
+  };
+  const RecordedSink sure = by_a_slow_truth(1e-6), unsure = by_a_slow_truth(1.0);
+  EXPECT_EQ(sure.runs.at(0).steps.size(), 6U);
+  EXPECT_THAT(sure.said(),
+              HasSubstr("5 rows are left out, whose truth lies between two of its rows, 0.25 s"));
+  EXPECT_EQ(unsure.runs.at(0).steps.size(), 11U);
+  EXPECT_THAT(unsure.said(), Not(HasSubstr("left out")));
+}
+
 TEST(RosLog, TransformsOfSeveralFramesNeedTheNameOfOne) {
   BagContent content = bag(Kind::cdr);
   content.topics[1] = {"/tf", "tf2_msgs/TFMessage"};
