@@ -173,9 +173,7 @@ int check(const CheckArguments& options, std::optional<StandardInputFile>& input
   if (!options.junit.empty()) write_file(options.junit, junit_xml(logs, options.how.confidence));
   if (!options.markdown.empty()) write_file(options.markdown, markdown_summary(logs));
   const std::int64_t rows = logs.analysis.evidence.rows;
-  const Evidence& s = logs.analysis.evidence;
-  const int code = study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
-                                   fails(logs), options);
+  const int code = study_exit_code(logs.analysis.complete, lost_any(logs), fails(logs), options);
   const Document document = log_document(std::move(logs));
   print(document, options);
   if (!options.quiet) {

@@ -15,6 +15,7 @@
 #include "analysis/laws/mean/hall_score.h"
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/shape/coverage.h"
+#include "analysis/laws/ten_stretches.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 
@@ -33,19 +34,26 @@ struct Units {
 constexpr std::string_view kTooFew = "fewer than five units";
 
 /// Runs where there are enough, else the stretches of all: of one run as many as there are, of several their
-/// tenths; nothing where some run has none.
-Units units_of(std::span<const CalibrationRun> runs, bool only_tenths = false) {
+/// tenths; nothing where those of some run are too short by what its errors tell of its memory.
+Units units_of(std::span<const CalibrationRun> runs, double memory, bool only_tenths = false) {
   Units units;
   if (std::ssize(runs) >= kFewestRunsCompared) {
     units.name = "runs";
     for (const CalibrationRun& run : runs) units.sums.push_back(&run.whole);
     return units;
   }
-  const auto whole = [](const CalibrationRun& run) { return !run.stretches.empty(); };
+  const auto suffice = [memory](const CalibrationRun& run, std::size_t stretches) {
+    const auto rows = run.stretches.front().rows * std::ssize(run.stretches) / static_cast<Index>(stretches);
+    return static_cast<double>(rows) >= shortest_stretch(run.correlation_time, memory);
+  };
+  const auto whole = [&](const CalibrationRun& run) {
+    return !run.stretches.empty() && suffice(run, CalibrationRun::kTenths);
+  };
   if (runs.empty() || !std::ranges::all_of(runs, whole)) return units;
   units.name = "stretches";
-  if (runs.size() == 1 && !only_tenths) {
-    for (const CalibrationSum& stretch : runs.front().stretches) units.sums.push_back(&stretch);
+  const std::vector<CalibrationSum>& first = runs.front().stretches;
+  if (runs.size() == 1 && !only_tenths && suffice(runs.front(), first.size())) {
+    for (const CalibrationSum& stretch : first) units.sums.push_back(&stretch);
     return units;
   }
   for (const CalibrationRun& run : runs) {
@@ -296,9 +304,9 @@ std::string state_name(std::span<const std::string> states, Index state) {
 }
 
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              std::span<const std::string> states, double confidence) {
+                              std::span<const std::string> states, double confidence, double memory) {
   Calibration result;
-  Units of_runs = units_of(runs);
+  Units of_runs = units_of(runs, memory);
   const UnitSums& units = of_runs.sums;
   result.units = std::move(of_runs.name);
   result.unit_count = std::ssize(units);
@@ -332,9 +340,9 @@ Calibration judge_calibration(CalibrationRecorder& recorder, double confidence) 
   return judge_calibration(runs, recorder.parts(), recorder.layout().states, confidence);
 }
 
-UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts) {
+UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts, double memory) {
   UnitFactors result;
-  Units of_runs = units_of(runs, true);
+  Units of_runs = units_of(runs, memory, true);
   const UnitSums& units = of_runs.sums;
   result.units = std::move(of_runs.name);
   for (const CalibrationRun& run : runs) {
@@ -379,6 +387,13 @@ class PairedFactors {
       differences.add(std::abs(difference) <= kRounding * after_[i] ? 0.0 : difference);
     }
     return paired_p_value(differences);
+  }
+
+  /// That the mean of both is 1.
+  double p_value_of_middle() const {
+    SkewedMoments sums;
+    for (std::size_t i = 0; i < before_.size(); ++i) sums.add(before_[i] + after_[i] - 2.0);
+    return paired_p_value(sums);
   }
 
   /// All ratios that this does not reject.
@@ -434,11 +449,18 @@ std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitF
                         .ratio = paired.ratio(confidence),
                         .before = paired.before(),
                         .after = paired.after(),
-                        .p_value = paired.p_value(1.0)};
+                        .p_value = paired.p_value(1.0),
+                        .p_middle = paired.p_value_of_middle()};
     changes.push_back(std::move(change));
   }
   adjust_by_holm(changes);
   return changes;
+}
+
+Nearness nearness_of(const FactorChange& change, double level) {
+  if (!(change.adjusted <= level && change.p_middle <= level)) return Nearness::open;
+  const bool up = change.after > change.before, above = change.before + change.after > 2.0;
+  return up == above ? Nearness::farther : Nearness::nearer;
 }
 
 }  // namespace credence::internal

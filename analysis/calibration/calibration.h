@@ -16,7 +16,7 @@
 /// Where P lies, by how much, and what would mend it, judged on runs that were left out.
 ///
 /// Units are whole runs, from five on; of fewer runs their stretches, ten of each, and of a single one twenty
-/// where it is long enough, longer than ten correlation times of NEES, where no error stays as it is
+/// where it is long enough, as far as they are long enough (shortest_stretch) and no error stays as it is
 /// (LawSums::errors_stand). Every mean over units takes the tests of run_mean.h, which need neither a
 /// Gaussian law nor independence in time.
 
@@ -96,11 +96,11 @@ struct Calibration {
   std::vector<DistanceBin> distance;  ///< none where the way is not known
 };
 
-/// states: the names of the states, as far as they have some.
+/// states: the names of the states, as far as they have some; memory: as in CalibrationUnits.
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              std::span<const std::string> states, double confidence);
+                              std::span<const std::string> states, double confidence, double memory = kNaN);
 inline Calibration judge_calibration(const CalibrationUnits& units, double confidence) {
-  return judge_calibration(units.runs, units.parts, units.layout.states, confidence);
+  return judge_calibration(units.runs, units.parts, units.layout.states, confidence, units.memory);
 }
 
 /// Its name, or "x3" where it has none.
@@ -118,7 +118,19 @@ struct FactorChange {
   double after = 1.0;         ///< the second's
   double p_value = 0.0;       ///< that it is 1: of the differences of the units (paired_p_value)
   double adjusted = 0.0;      ///< Holm over the parts
+  double p_middle = 1.0;      ///< that the mean of both factors is 1, so that both are as far from it
 };
+
+/// Which of two factors is nearer to 1.
+enum class Nearness {
+  open,  ///< they do not differ, or are on both sides of 1, as far as these runs tell
+  nearer,
+  farther,
+};
+
+/// Of the second factor: nearer or farther only where both that they differ and that 1 is not in their
+/// middle are no chance at this level.
+Nearness nearness_of(const FactorChange& change, double level);
 
 /// Factors of one log, unit by unit, as the documents of `check` hold them; of stretches always tenths, so
 /// that those of two logs are of the same rows.
@@ -129,9 +141,10 @@ struct UnitFactors {
   std::vector<std::vector<double>> factors;  ///< of each part, unit by unit
 };
 
-UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts);
+UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts,
+                         double memory = kNaN);
 inline UnitFactors unit_factors(const CalibrationUnits& units) {
-  return unit_factors(units.runs, units.parts);
+  return unit_factors(units.runs, units.parts, units.memory);
 }
 
 /// Of the parts and units that both have; none with fewer than two units in common.

@@ -276,7 +276,7 @@ void CalibrationRecorder::add_stretches() {
   const std::size_t groups = open_groups_ / CalibrationRun::kTenths;  // of a tenth
   const auto suffice = [&](std::size_t of_stretch) {
     const double rows = static_cast<double>(of_stretch) * static_cast<double>(rows_per_group_);
-    return of_stretch > 0 && rows >= kShortestStretch * run_.correlation_time;
+    return of_stretch > 0 && rows >= shortest_stretch(run_.correlation_time, 0.0);
   };
   if (!suffice(groups)) return;
   const std::size_t halves = suffice(groups / 2) ? 2 : 1, count = halves * CalibrationRun::kTenths;

@@ -48,8 +48,9 @@ struct CalibrationRun {
 
   std::string name;  ///< of its file, with its number where the file holds several
   CalibrationSum whole;
-  /// Its tenths, or the halves of these, the shorter ones, as far as each is longer than ten correlation
-  /// times of NEES; else none. Not of a run behind the first few, of which stretches are never looked at.
+  /// Its tenths, or the halves of these, the shorter ones, as far as each is longer than five correlation
+  /// times of NEES, the least that may do (shortest_stretch); else none. Not of a run behind the first few,
+  /// of which stretches are never looked at.
   std::vector<CalibrationSum> stretches{};
   double correlation_time = 1.0;  ///< of its NEES, in rows
   double effective_rows = 1.0;    ///< independent rows that its NEES is worth; at least 1
@@ -146,6 +147,8 @@ struct CalibrationUnits {
   std::vector<CalibrationRun> runs{};  ///< the first CalibrationRecorder::kMostRuns
   std::vector<Block> parts{};
   RunLayout layout{};  ///< of all these runs
+  double memory =
+      kNaN;  ///< the correlation time of their NEES as the errors tell it, in rows; NaN: not known
 
   /// Of runs with other states the first with most of them stay.
   void append(CalibrationRecorder& later);

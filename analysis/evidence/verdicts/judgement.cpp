@@ -30,7 +30,7 @@ constexpr std::string_view kLasting = "the innovations are correlated over more 
 StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s) {
   const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
   if (!all) return {};
-  StretchAverages stretches = stretch_averages(e.whole_runs.nees);
+  StretchAverages stretches = stretch_averages(e.whole_runs.nees, memory_in_rows(e));
   const bool stand = stretches.averages.count > 0 && e.law.stretches.stand(stretches.effective_rows);
   return stand ? StretchAverages{} : stretches;
 }
@@ -57,7 +57,7 @@ ConsistencyVerdict judge_runs(const RunAverages& runs, const SkewedMoments& aver
   if (averages.count == 0) return judge(runs);
   ConsistencyVerdict v = judge(RunAverages{.moments = averages, .first = {}, .least_dof = runs.least_dof});
   const std::int64_t count = runs.moments.count;
-  v.method += fmt::format("; of {} {} stretches, longer than ten correlation times each",
+  v.method += fmt::format("; of {} {} stretches, longer than seven correlation times each",
                           count == 1 ? "the run its" : fmt::format("{} runs their", count), averages.count);
   return v;
 }
@@ -428,7 +428,11 @@ Word word_of(const Evidence& e, const Judgement& j) {
   const SecondMomentJudgement& second = j.law.second_moments;
   if (second.test.reason.empty()) {
     averages.push_back(averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs));
-    parts.push_back({"the direction of " + second.worst, &averages.back(), kWordDirections, true});
+    parts.push_back({.name = "the direction of " + second.most_optimistic,
+                     .verdict = &averages.back(),
+                     .weight = kWordDirections,
+                     .says_where = true,
+                     .pessimistic_name = "the direction of " + second.most_pessimistic});
   }
   const auto add_claimed = [&](const ClaimedSigmaTest::Side& side, const DirectedPValues& p_value) {
     if (std::isnan(side.p_value)) return;

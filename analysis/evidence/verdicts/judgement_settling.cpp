@@ -14,6 +14,7 @@
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/laws/sample_size.h"
+#include "analysis/laws/ten_stretches.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 
@@ -64,7 +65,27 @@ SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& de
   return result;
 }
 
+/// Of a run that is long enough by its NEES, whose errors stay, last or oscillate all the same.
+bool is_set_aside(const Evidence& e, const TimeAverageTest& average) {
+  return average.effective_steps >= kShortestStretch * static_cast<double>(kTestedStretches) &&
+         e.law.stretches.stand(average.effective_steps);
+}
+
 }  // namespace
+
+double memory_in_rows(const Evidence& e) {
+  const RunSums& runs = e.whole_runs;
+  if (!e.joint_covariance || runs.samples.size() != runs.nees.size()) return kNaN;
+  double rows_per_sample = kNaN;
+  for (std::size_t i = 0; i < runs.samples.size(); ++i) {
+    const Matrix& errors = runs.samples[i];
+    const double rows =
+        std::round(static_cast<double>(runs.nees[i].size()) / static_cast<double>(errors.cols()));
+    if (errors.rows() != e.state_dim || (i > 0 && rows != rows_per_sample)) return kNaN;
+    rows_per_sample = rows;
+  }
+  return rows_per_sample * memory_of_squares(runs.samples);
+}
 
 double effective_steps_of(const RunSums& runs, std::size_t steps) {
   constexpr std::size_t kEnough = 50;
@@ -106,7 +127,7 @@ void leave_open(const Evidence& e, Judgement& j) {
   v.verdict = Verdict::consistent;
   j.settle_nees = settle(v, false, j.effective_steps);
   v.verdict = Verdict::undecided;
-  const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
+  const bool stands = is_set_aside(e, j.single->time_average);
   const StretchSums& stretches = e.law.stretches;
   const char* const does = stretches.stay() ? "stays as it is over all"
                            : stretches.last(j.single->time_average.effective_steps)
@@ -136,18 +157,21 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   SingleRunJudgement single;
   // Two tests by the union bound, each at half the level.
   const double half = 1.0 - 0.5 * (1.0 - j.confidence);
-  const std::vector<TimeAverageTest> averages =
-      test_single_run(series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0});
+  const double memory = memory_in_rows(e);
+  const std::vector<TimeAverageTest> averages = test_single_run(
+      series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0}, memory / series.rows_per_value);
   single.time_average = averages[0];
   // About its own mean, so that it is the same for any scale of P.
   single.sample = effective_sample(series.values);
   single.sample.correlation_time *= series.rows_per_value;
-  if (single.sample.reason.empty()) {
-    single.sample.size =
-        unbiased_size(static_cast<double>(e.first_run.size()), single.sample.correlation_time);
+  const auto rows = static_cast<double>(e.first_run.size());
+  if (!std::isnan(memory)) {
+    single.sample.correlation_time = std::fmax(memory, 0.5 * single.sample.correlation_time);
+    single.sample.size = rows / single.sample.correlation_time;
+  } else if (single.sample.reason.empty()) {
+    single.sample.size = unbiased_size(rows, single.sample.correlation_time);
   }
-  const bool stand =
-      !std::isnan(single.time_average.p_value) && e.law.stretches.stand(single.time_average.effective_steps);
+  const bool stand = is_set_aside(e, single.time_average);
   if (stand) single.time_average.p_value = kNaN;
   const double p_average = single.time_average.p_value;
   const bool tested = !std::isnan(p_average);

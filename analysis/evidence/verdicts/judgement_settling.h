@@ -13,6 +13,10 @@ namespace credence::internal {
 /// length for a correlation in time.
 double effective_steps_of(const RunSums& runs, std::size_t steps);
 
+/// The correlation time of NEES as the errors of few runs tell it (memory_of_squares), in rows; NaN where
+/// they were not kept of all rows and states.
+double memory_in_rows(const Evidence& evidence);
+
 /// The runs that would decide, for values that are white or worth so many independent steps.
 SettlingRuns settle(const ConsistencyVerdict& verdict, bool white, double effective_steps);
 

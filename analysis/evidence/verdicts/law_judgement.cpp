@@ -96,11 +96,15 @@ SecondMomentJudgement judge_second_moments(const Evidence& e, const StretchAvera
   if (result.test.runs < kFewestRuns)
     result.test.reason = "fewer than 20 runs, and no stretches of them that are independent";
   const std::vector<std::string> names = averaged_states(e);
-  const SecondMomentDirection& d = result.test.worst_direction;
-  if (d.p >= std::ssize(names) || d.q >= std::ssize(names)) return result;
-  const std::string& p = names[static_cast<std::size_t>(d.p)];
-  const std::string& q = names[static_cast<std::size_t>(d.q)];
-  result.worst = d.sign == 0 ? p : fmt::format("{} with {}", p, q);
+  const auto in_words = [&](const SecondMomentDirection& d) -> std::string {
+    if (d.p >= std::ssize(names) || d.q >= std::ssize(names)) return "";
+    const std::string& p = names[static_cast<std::size_t>(d.p)];
+    const std::string& q = names[static_cast<std::size_t>(d.q)];
+    return d.sign == 0 ? p : fmt::format("{} with {}", p, q);
+  };
+  result.worst = in_words(result.test.worst_direction);
+  result.most_optimistic = in_words(result.test.most_optimistic);
+  result.most_pessimistic = in_words(result.test.most_pessimistic);
   return result;
 }
 

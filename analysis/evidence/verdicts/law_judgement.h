@@ -40,6 +40,7 @@ struct SecondMomentJudgement {
   SecondMomentTest test;      ///< of one component: the same as the mean of NEES, and not made
   bool of_stretches = false;  ///< of few runs, whose stretches are its `runs`
   std::string worst;          ///< the direction of the smallest p-value in words
+  std::string most_optimistic, most_pessimistic;  ///< those of the smallest of each side
 };
 
 /// What that is the test of.

@@ -56,11 +56,13 @@ void say(std::span<const WordPart> parts, const JointTests& joint, double alpha,
     const WordPart* const part = foremost(parts, joint, side, alpha);
     if (part == nullptr) continue;
     const std::string when = when_text(*part->verdict, sides[side]);
+    const bool other_name = sides[side] == Verdict::pessimistic && !part->pessimistic_name.empty();
+    const std::string& name = other_name ? part->pessimistic_name : part->name;
     append_item(word.says,
-                fmt::format("{} in {}{}{}{}", to_string(sides[side]), part->name, when.empty() ? "" : " ",
-                            when, is_sensor(*part) ? further_sensors(parts, joint, side, alpha) : ""),
+                fmt::format("{} in {}{}{}{}", to_string(sides[side]), name, when.empty() ? "" : " ", when,
+                            is_sensor(*part) ? further_sensors(parts, joint, side, alpha) : ""),
                 "; ");
-    word.named.push_back(part->name);
+    word.named.push_back(name);
   }
 }
 

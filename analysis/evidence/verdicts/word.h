@@ -25,6 +25,7 @@ struct WordPart {
   bool says_where = false;              ///< a part of the state, which is named before the whole
   bool of_innovations = false;          ///< it judges S, all others P
   bool named_last = false;              ///< where no other part is
+  std::string pessimistic_name{};       ///< that of its pessimistic side, where it is another
 };
 
 /// One verdict among those that are joined.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 
 #include "analysis/laws/correlation/thinned_series.h"
 #include "analysis/laws/mean/student_positive_mean.h"
+#include "analysis/laws/shape/vector_moments.h"
 #include "analysis/laws/ten_stretches.h"
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/psd_root.h"
@@ -178,6 +180,41 @@ EffectiveSample effective_sample(std::span<const double> series) {
   return effective_sample(std::span(&series, 1), average_of(series));
 }
 
+double memory_of_squares(std::span<const Matrix> errors) {
+  VectorMoments all;
+  Index longest = 0;
+  for (const Matrix& run : errors) {
+    longest = std::max(longest, run.cols());
+    for (Index k = 0; k < run.cols(); ++k) all.add(run.col(k));
+  }
+  if (all.count == 0) return kNaN;
+  const auto vectors = static_cast<double>(all.count);
+  const Eigen::LLT<Matrix> factor(all.scatter / vectors);
+  if (factor.info() != Eigen::Success) return kNaN;
+  std::vector<Matrix> white;
+  for (const Matrix& run : errors) white.push_back(factor.matrixL().solve(run.colwise() - all.mean));
+  const auto dim = static_cast<double>(all.mean.size());
+  // The products at lags that the errors remember have less noise, as those at lag 0 are known: 1.4 (τ − 1)
+  // of autoregressions.
+  constexpr double kWithoutNoise = 1.4;
+  double time = 1.0, sum = 0.0, noisy_lags = 0.0;
+  for (Index lag = 1; lag < longest && static_cast<double>(lag) < 5.0 * time + 1.0; ++lag) {
+    Matrix products = Matrix::Zero(all.mean.size(), all.mean.size());
+    double pairs = 0.0;
+    for (const Matrix& run : white) {
+      const Index of_run = run.cols() - lag;
+      if (of_run <= 0) continue;
+      products += run.rightCols(of_run) * run.leftCols(of_run).transpose();
+      pairs += static_cast<double>(of_run);
+    }
+    sum += (products / vectors).squaredNorm() / dim;
+    noisy_lags += pairs / vectors;
+    const double noise = 2.0 * dim / vectors * std::max(0.0, noisy_lags - kWithoutNoise * (time - 1.0));
+    time = std::max(1.0, (1.0 + 2.0 * sum) / (1.0 + noise));
+  }
+  return time;
+}
+
 double unbiased_size(double length, double correlation_time) {
   constexpr double kTooMany = 25.0;
   return std::max(1.0, length / correlation_time - kTooMany * (1.0 - 1.0 / correlation_time));
@@ -244,30 +281,44 @@ std::size_t stretches_of_each(std::size_t runs) {
   return runs == 0 || runs >= kStretches ? 0 : (kStretches + runs - 1) / runs;
 }
 
-StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
-  const std::size_t of_a_run = stretches_of_each(runs.size());
-  if (of_a_run == 0) return {};
-  const std::vector<std::span<const double>> series(runs.begin(), runs.end());
+namespace {
+
+/// Of runs of these lengths, longest first, how many are long enough for the stretches that so many are cut
+/// into.
+std::size_t long_enough(const std::vector<std::size_t>& lengths, double shortest) {
+  for (std::size_t runs = lengths.size(); runs > 0; --runs) {
+    const auto of_a_run = static_cast<double>(stretches_of_each(runs));
+    if (static_cast<double>(lengths[runs - 1]) >= of_a_run * std::max(1.0, shortest)) return runs;
+  }
+  return 0;
+}
+
+}  // namespace
+
+StretchAverages stretch_averages(std::span<const std::vector<double>> runs, double memory) {
+  if (stretches_of_each(runs.size()) == 0) return {};
+  std::vector<std::size_t> lengths;
+  for (const auto& run : runs) lengths.push_back(run.size());
+  std::ranges::sort(lengths, std::greater());
+  std::vector<ThinnedSeries> shorter;
   Moments all;
-  for (const auto& run : series) {
+  for (const auto& run : runs) {
+    shorter.push_back(thinned(run, lengths.front()));
     for (const double x : run) all.add(x);
   }
-  const std::size_t longest = std::ranges::max(series, {}, [](const auto& run) { return run.size(); }).size();
-  std::vector<ThinnedSeries> shorter;
-  shorter.reserve(series.size());
-  for (const auto& run : series) shorter.push_back(thinned(run, longest));
   std::vector<std::span<const double>> looked_at;
-  looked_at.reserve(shorter.size());
   for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
   const EffectiveSample sample = effective_sample(looked_at, all.mean);
   const double correlation_time = shorter.front().rows_per_value * sample.correlation_time;
+  const std::size_t used = long_enough(lengths, shortest_stretch(correlation_time, memory));
+  if (used == 0) return {};
+  const std::size_t least = lengths[used - 1], length = least / stretches_of_each(used);
   StretchAverages result{.effective_rows = sample.size, .correlation_time = correlation_time};
-  for (const auto& run : series) {
-    const std::size_t length = run.size() / of_a_run;
-    if (!(static_cast<double>(length) >= kShortestStretch * correlation_time)) return {};
-    for (std::size_t i = 0; i < of_a_run; ++i) {
+  for (const auto& run : runs) {
+    if (run.size() < least) continue;
+    for (std::size_t i = 0; i < run.size() / length; ++i) {
       double sum = 0.0;
-      for (const double x : run.subspan(i * length, length)) sum += x;
+      for (const double x : std::span(run).subspan(i * length, length)) sum += x;
       result.averages.add(sum / static_cast<double>(length));
     }
   }
@@ -296,7 +347,7 @@ TimeAverageTest test_single_run(std::span<const double> normalised_nees, double 
 }
 
 std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
-                                             std::initializer_list<double> confidences) {
+                                             std::initializer_list<double> confidences, double memory) {
   std::vector<TimeAverageTest> tests;
   tests.reserve(confidences.size());
   for (const double confidence : confidences) {
@@ -317,7 +368,8 @@ std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_
       effective_sample(std::vector<std::span<const double>>{normalised_nees}, mean);
   if (!sample.reason.empty()) return without(sample.reason);
   for (TimeAverageTest& test : tests) test.effective_steps = sample.size;
-  if (sample.size < kShortestStretch * static_cast<double>(kTestedStretches)) {
+  if (static_cast<double>(normalised_nees.size()) <
+      shortest_stretch(sample.correlation_time, memory) * static_cast<double>(kTestedStretches)) {
     return without("the run is too short for its correlation in time");
   }
   const Moments averages = tested_averages(normalised_nees);

@@ -8,6 +8,7 @@
 #include "analysis/evidence/verdicts/verdict.h"
 #include "analysis/laws/chi_square/chi_square_cumulants.h"
 #include "analysis/laws/mean/student.h"
+#include "core/nan.h"
 #include "core/types.h"
 #include "montecarlo/engine/moments.h"
 #include "montecarlo/engine/skewed_moments.h"
@@ -73,6 +74,14 @@ double average_of(std::span<const double> values);
 /// The same of one series about its own mean, so that it does not depend on the scale of the values.
 EffectiveSample effective_sample(std::span<const double> series);
 
+/// τ of the squares of jointly Gaussian errors by what the errors themselves tell, 1 + 2 Σ_h ‖R_h‖²/n, R_h
+/// their correlation at lag h once they are whitened over the runs, without what noise adds, n τ/N at each
+/// lag of N vectors, summed over the least window W ≥ 5 τ. Of one run of 400 constant velocities it spreads a
+/// third as much as the τ of their squares, and is no shorter where these are small by chance, so that it
+/// does not choose the runs whose mean is tested. errors: of each run, one a column. In columns; NaN of none,
+/// and where they are not of full rank. Cost N n² W.
+double memory_of_squares(std::span<const Matrix> errors);
+
 /// length / τ of a series about its own mean, without its bias: some ten too many as the mean is estimated
 /// from the same values (its square is missing in 2 W = 10 τ products), and some ten as the inverse of an
 /// estimate is too large. Measured: 17 to 28 of autoregressions worth 10 to 1000 values. At least 1.
@@ -118,9 +127,14 @@ struct StretchAverages {
 };
 
 /// Each of ε_k / n_k: at least twenty in all (stretches_of_each), so that their mean is compared by the
-/// scores of run_mean.h where the runs alone are too few. No values where a stretch is shorter than 10 τ.
-/// Approximate, as test_single_run: neighbours are nearly independent.
-StretchAverages stretch_averages(std::span<const std::vector<double>> normalised_nees);
+/// scores of run_mean.h where the runs alone are too few; of the longest runs that are long enough for it
+/// together, which their values do not choose, and of one length, so that longer runs have more. No values
+/// where a stretch would be shorter than 10 τ. Approximate, as test_single_run: neighbours are nearly
+/// independent.
+///
+/// memory: τ in rows as the errors themselves tell it (memory_of_squares), by which a stretch is then 7 τ
+/// long, and 5 of the τ of ε_k (shortest_stretch).
+StretchAverages stretch_averages(std::span<const std::vector<double>> normalised_nees, double memory = kNaN);
 
 /// Averages of groups of 4 (τ − 1) rows, neighbours of which are nearly independent: first of all groups,
 /// then of those that begin at each place, of all runs alike: in each tenth of a run, and in its rows 1, 2 to
@@ -136,8 +150,9 @@ std::vector<SkewedMoments> averages_by_place(std::span<const std::vector<double>
 /// % of all runs, an undecided run none.
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence);
 
-/// The same at several levels, for the cost of one.
+/// The same at several levels, for the cost of one; a stretch must be as long as `memory`, the τ that the
+/// errors themselves tell, asks for (shortest_stretch).
 std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
-                                             std::initializer_list<double> confidences);
+                                             std::initializer_list<double> confidences, double memory = kNaN);
 
 }  // namespace credence::internal

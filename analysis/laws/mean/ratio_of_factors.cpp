@@ -21,4 +21,10 @@ RatioOfFactors ratio_of_factors(const FactorInterval& second, const FactorInterv
       .p_value = std::isnan(score) ? 1.0 : std::erfc(std::abs(score) / std::numbers::sqrt2)};
 }
 
+double p_value_of_middle(const FactorInterval& second, const FactorInterval& first) {
+  constexpr double kAny = 0.95;  // the p-value does not depend on it
+  const FactorInterval inverse = {1.0 / first.factor, 1.0 / first.upper, 1.0 / first.lower, first.quantile};
+  return ratio_of_factors(second, inverse, kAny).p_value;
+}
+
 }  // namespace credence::internal

@@ -18,6 +18,9 @@ struct RatioOfFactors {
   double p_value = 1.0;  ///< that it is 1
 };
 
+/// The p-value that the geometric mean of two factors is 1, by their intervals alone, as of independent ones.
+double p_value_of_middle(const FactorInterval& second, const FactorInterval& first);
+
 /// The ratio from both intervals alone, in logarithms [Zou 2008]: as of independent factors, wider than it
 /// need be where both met the same noise. Of two that are equal, with intervals of no width, the p-value
 /// is 1.

@@ -137,10 +137,20 @@ SecondMomentTest test_second_moments(const SecondMoments& moments, double confid
   const double each = 1.0 - (1.0 - confidence) / static_cast<double>(moments.along().size());
   const auto worst = static_cast<std::size_t>(std::ranges::min_element(p_values) - p_values.begin()) / 2;
   test.mean = mean_of(moments);
-  test.worst_direction = second_moment_directions(moments.dim())[worst];
+  const std::vector<SecondMomentDirection> directions = second_moment_directions(moments.dim());
+  const auto least_of_side = [&](std::size_t side) {
+    std::size_t least = 0;
+    for (std::size_t i = 1; i < directions.size(); ++i) {
+      if (p_values[2 * i + side] < p_values[2 * least + side]) least = i;
+    }
+    return directions[least];
+  };
+  test.worst_direction = directions[worst];
+  test.most_optimistic = least_of_side(0);
+  test.most_pessimistic = least_of_side(1);
   test.worst = run_mean_interval(moments.along()[worst], each);
   const ChiSquareBounds range = factor_range(moments, each);
-  test.least_factor = range.lower;
+  test.least_factor = std::max(0.0, range.lower);
   test.largest_factor = range.upper;
   return test;
 }

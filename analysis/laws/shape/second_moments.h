@@ -68,9 +68,10 @@ struct SecondMomentTest {
   DirectedPValues p_value;                ///< the least of all directions, adjusted for all 2 d² hypotheses
                                           ///< (Holm): each is compared with α itself
   SecondMomentDirection worst_direction;  ///< of the least p-value
-  MeanInterval worst;                     ///< the factor along it; holds together with those of all others
+  SecondMomentDirection most_optimistic, most_pessimistic;  ///< of the least of each side
+  MeanInterval worst;  ///< the factor along it; holds together with those of all others
   /// All eigenvalues of E A lie here, from the simultaneous intervals of its entries (Weyl's inequality):
-  /// valid, and wide. Infinite on both sides where an entry has no upper bound.
+  /// valid, and wide, of which none is negative; 0 and infinite where an entry has no upper bound.
   double least_factor = 0.0, largest_factor = 0.0;
   std::string_view reason = {};  ///< why there is no test (numbers NaN), else empty
 };

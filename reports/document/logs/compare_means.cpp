@@ -81,7 +81,8 @@ FactorChange change_of(const MeanOfPart& second, const MeanOfPart& first, double
           .ratio = r.ratio,
           .before = first.interval.factor,
           .after = second.interval.factor,
-          .p_value = r.p_value};
+          .p_value = r.p_value,
+          .p_middle = p_value_of_middle(second.interval, first.interval)};
 }
 
 std::string names_of(const std::vector<MeanOfPart>& parts) {

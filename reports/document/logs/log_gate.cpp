@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "core/append_item.h"
@@ -51,6 +52,49 @@ std::string not_judged(const Evidence& e) {
   return text;
 }
 
+bool is_too_small(const std::string& verdict) {
+  return verdict == to_string(Verdict::optimistic) || verdict == to_string(Verdict::mixed);
+}
+
+std::int64_t whole_number(const Json& in, const char* key) {
+  return in.contains(key) && in[key].is_number_integer() ? in[key].get<std::int64_t>() : 0;
+}
+
+/// What the states and blocks of two results are, where they differ; else "".
+std::string other_states(const CheckedLogs& logs, const Json& before) {
+  const auto described = [](std::int64_t states, const std::set<std::string>& blocks) {
+    return fmt::format("{} state{}{}{}", states, states == 1 ? "" : "s", blocks.empty() ? "" : " in ",
+                       fmt::join(blocks, ", "));
+  };
+  std::set<std::string> blocks, blocks_before;
+  for (const BlockVerdict& block : logs.analysis.judgement.blocks) blocks.insert(block.name);
+  const Json of_before = before.value("blocks", Json::object());
+  for (const auto& [name, verdict] : of_before.items()) blocks_before.insert(name);
+  const std::int64_t states = logs.analysis.evidence.state_dim;
+  const std::int64_t states_before = whole_number(before, "state_dim");
+  if (states == states_before && blocks == blocks_before) return "";
+  return fmt::format("as it is of {} and these logs are of {}", described(states_before, blocks_before),
+                     described(states, blocks));
+}
+
+/// Where a larger share of runs failed, or of rows was rejected, than before.
+void compare_lost_ones(const Evidence& e, const Json& before, LogGate& gate) {
+  const auto compare = [&](std::string_view what, std::int64_t now, std::int64_t all, std::int64_t then,
+                           std::int64_t all_then) {
+    const auto share = [](std::int64_t lost, std::int64_t of) {
+      return static_cast<double>(lost) / static_cast<double>(std::max<std::int64_t>(1, of));
+    };
+    if (!(share(now, all) > share(then, all_then))) return;
+    gate.lost_more = true;
+    gate.worse.push_back(fmt::format("{} of {} {}, before {} of {}", now, all, what, then, all_then));
+  };
+  compare("rows are rejected", e.rejected_rows(), e.rows, whole_number(before, "rejected_rows"),
+          whole_number(before, "rows"));
+  const Json outcomes = before.value("outcomes", Json::object());
+  compare("runs failed", std::ssize(e.study.failures), e.study.runs,
+          std::ssize(outcomes.value("failures", Json::array())), whole_number(before, "runs"));
+}
+
 }  // namespace
 
 LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::string_view document,
@@ -61,7 +105,7 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
   };
   const Json before = Json::parse(document, nullptr, false);
   if (before.is_discarded() || !before.is_object() || !before.contains("verdict") ||
-      !before.contains("nees") || !before["verdict"].is_string()) {
+      !before.contains("nees") || !before.contains("unmatched_rows") || !before["verdict"].is_string()) {
     refuse();
   }
   const Judgement& now = logs.analysis.judgement;
@@ -69,7 +113,10 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
   gate.baseline = baseline;
   gate.level = 1.0 - now.confidence;
   gate.verdict_before = before["verdict"].get<std::string>();
-  gate.became_inconsistent = is_inconsistent(now.word.verdict) && !names_inconsistency(gate.verdict_before);
+  const bool too_small = is_too_small(std::string(to_string(now.word.verdict)));
+  gate.became_inconsistent =
+      is_inconsistent(now.word.verdict) &&
+      (!names_inconsistency(gate.verdict_before) || (too_small && !is_too_small(gate.verdict_before)));
   if (gate.became_inconsistent) {
     gate.worse.push_back(
         fmt::format("it was {}, and is {}", gate.verdict_before, to_string(now.word.verdict)));
@@ -77,10 +124,19 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
   UnitFactors first;
   try {
     first = unit_factors_of(before.value("calibration", Json::object()));
+    gate.why_not = other_states(logs, before);
+    if (!gate.why_not.empty()) return gate;
+    compare_lost_ones(logs.analysis.evidence, before, gate);
   } catch (const Json::exception&) {
     refuse();
   }
   gate.changes = compare_factors(logs.units, first, now.confidence);
+  if (first.units == "runs") {
+    gate.runs_before = std::ssize(first.names);
+    gate.missing_runs = std::ranges::count_if(first.names, [&](const std::string& name) {
+      return std::ranges::find(logs.units.names, name) == logs.units.names.end();
+    });
+  }
   if (first.names.empty() || logs.units.names.empty()) {
     try {
       compare_means(now, before, gate);
@@ -91,22 +147,26 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
     gate.why_not = "as no runs or stretches of the same name have a factor on P in both";
   }
   for (const FactorChange& change : gate.changes) {
-    const double was = std::abs(std::log(change.before)), is = std::abs(std::log(change.after));
     const bool large = std::abs(std::log(change.ratio.mean)) > std::log1p(margin);
-    if (is > was && large && change.adjusted <= gate.level) gate.worse.push_back(change_text(change));
+    if (large && nearness_of(change, gate.level) == Nearness::farther)
+      gate.worse.push_back(change_text(change, gate.level));
   }
   return gate;
 }
 
-std::string change_text(const FactorChange& change) {
-  const bool nearer = std::abs(std::log(change.after)) < std::abs(std::log(change.before));
-  return fmt::format("{} in {}: the factor on {} is {} times what it was, {}",
-                     nearer                    ? "nearer to right"
-                     : change.ratio.mean > 1.0 ? "more optimistic"
-                                               : "more pessimistic",
+std::string change_text(const FactorChange& change, double level) {
+  const Nearness nearness = nearness_of(change, level);
+  return fmt::format("{} in {}: the factor on {} is {} times what it was, {}{}",
+                     nearness == Nearness::nearer ? "nearer to right"
+                     : nearness == Nearness::open ? "changed"
+                     : change.ratio.mean > 1.0    ? "more optimistic"
+                                                  : "more pessimistic",
                      change.part == "NEES" ? "the whole state" : change.part, change.on,
                      interval_text(change.ratio.mean, change.ratio.lower, change.ratio.upper),
-                     p_value_statement(change.adjusted));
+                     p_value_statement(change.adjusted),
+                     nearness == Nearness::open && change.adjusted <= level
+                         ? "; which of the two is nearer to right is not told"
+                         : "");
 }
 
 std::string gate_sentence(const LogGate& gate) {
@@ -119,17 +179,24 @@ std::string gate_sentence(const LogGate& gate) {
   if (gate.worse.empty()) {
     text += " nothing is worse.";
     for (const FactorChange& change : gate.changes) {
-      if (change.adjusted <= gate.level) text += " It is " + change_text(change) + ".";
+      if (change.adjusted <= gate.level) text += " It is " + change_text(change, gate.level) + ".";
     }
   }
+  if (gate.missing_runs > 0)
+    text += fmt::format(" {} of its {} runs are not here.", gate.missing_runs, gate.runs_before);
   if (gate.by_means)
     text += " Mean NEES and NIS were compared, as there are no factors of runs or stretches to pair.";
   return text;
 }
 
 Json change_json(const FactorChange& change) {
-  return {{"part", change.part},         {"ratio", change.ratio.mean}, {"lower", change.ratio.lower},
-          {"upper", change.ratio.upper}, {"p_value", change.p_value},  {"adjusted_p_value", change.adjusted}};
+  return {{"part", change.part},
+          {"ratio", change.ratio.mean},
+          {"lower", change.ratio.lower},
+          {"upper", change.ratio.upper},
+          {"p_value", change.p_value},
+          {"adjusted_p_value", change.adjusted},
+          {"middle_p_value", change.p_middle}};
 }
 
 Json gate_json(const LogGate& gate) {
@@ -139,7 +206,14 @@ Json gate_json(const LogGate& gate) {
           {"became_inconsistent", gate.became_inconsistent},
           {"compared_by", !gate.compares() ? Json(nullptr) : Json(gate.by_means ? "means" : "units")},
           {"changes", std::move(changes)},
+          {"missing_runs", gate.missing_runs},
           {"worse", gate.worse}};
+}
+
+bool lost_any(const CheckedLogs& logs) {
+  const Evidence& e = logs.analysis.evidence;
+  const bool lost = e.rejected_rows() > 0 || !e.study.failures.empty();
+  return lost && (!compared(logs) || logs.gate->lost_more);
 }
 
 bool fails(const CheckedLogs& logs) {
@@ -162,8 +236,9 @@ std::string junit_xml(const CheckedLogs& logs, double confidence) {
     cases.push_back({"no worse than " + logs.gate->baseline, gate_sentence(*logs.gate),
                      !logs.gate->worse.empty(), logs.gate->worse.empty() && !compared(logs)});
   }
-  if (std::string lost = not_judged(logs.analysis.evidence); !lost.empty())
-    cases.push_back({"every run and row is judged", std::move(lost), true});
+  if (const std::string lost = not_judged(logs.analysis.evidence); !lost.empty())
+    cases.push_back({"every run and row is judged", lost_any(logs) ? lost : against_baseline(lost),
+                     lost_any(logs), !lost_any(logs)});
   for (const NamedTest& test : j.tests) {
     const bool rejects = test.adjusted <= 1.0 - confidence;
     cases.push_back({test.name,

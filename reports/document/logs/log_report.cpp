@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "analysis/evidence/verdicts/judgement_settling.h"
 #include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/document/logs/log_gate.h"
@@ -157,6 +158,7 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
     effective_rows += static_cast<double>(run.whole.rows) / run.correlation_time;
   if (evidence.law.errors_stand() || evidence.law.stretches.stand(effective_rows))
     calibration.keep_whole_runs();
+  calibration.memory = memory_in_rows(evidence);
   logs.calibration = judge_calibration(calibration, context.confidence);
   context.claimed_sigma = logs.calibration.claimed_sigma;
   logs.analysis = analyse_logs(std::move(evidence), context);

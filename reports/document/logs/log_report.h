@@ -26,7 +26,9 @@ struct LogGate {
   std::vector<FactorChange> changes;  ///< of the factor on P, on what both logged
   bool by_means = false;              ///< the changes are those of means, as there are no factors to pair
   std::string why_not;                ///< nothing could be compared: what is missing, and what to do
-  std::vector<std::string> worse;     ///< sentences: what fails
+  std::int64_t runs_before = 0, missing_runs = 0;  ///< of the baseline's runs, those that are not here
+  bool lost_more = false;          ///< a larger share of runs failed, or of rows was rejected, than before
+  std::vector<std::string> worse;  ///< sentences: what fails
 
   /// Whether anything could be compared; else the word decides, as without a baseline.
   bool compares() const { return !changes.empty(); }

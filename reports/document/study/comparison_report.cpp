@@ -95,8 +95,12 @@ std::optional<FactorChange> change_of_cells(const ComparedStudy& after, const Co
   const FactorInterval second = interval_of(after), first = interval_of(before);
   if (!second.is_known() || !first.is_known()) return {};
   const RatioOfFactors r = ratio_of_factors(second, first, confidence);
-  return FactorChange{
-      .part = "NEES", .ratio = r.ratio, .before = first.factor, .after = second.factor, .p_value = r.p_value};
+  return FactorChange{.part = "NEES",
+                      .ratio = r.ratio,
+                      .before = first.factor,
+                      .after = second.factor,
+                      .p_value = r.p_value,
+                      .p_middle = p_value_of_middle(second, first)};
 }
 
 ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
@@ -136,7 +140,8 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
   for (std::size_t i = 0; i < studies.size(); ++i) {
     for (const FactorChange& change : changes[i]) {
       if (change.adjusted <= 1.0 - confidence)
-        table.notes.push_back(fmt::format("{} is {}.", studies[i].name, change_text(change)));
+        table.notes.push_back(
+            fmt::format("{} is {}.", studies[i].name, change_text(change, 1.0 - confidence)));
     }
   }
   if (unpaired) {

@@ -287,7 +287,17 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
                                     left.empty() ? "" : " but leave " + left));
   }
   const ScaleAdvice& of_S = b.scale_innovation;
-  if (is_inconsistent(b.nis.verdict) && of_S.reason.empty() && (of_S.lower > 1.0 || of_S.upper < 1.0)) {
+  const bool one_sensor = b.sensors.size() <= 1;
+  for (const SensorJudgement& sensor : b.sensors) {
+    const ConsistencyVerdict& nis = sensor.nis;
+    if (one_sensor || !is_inconsistent(nis.verdict) || !of_S.reason.empty()) continue;
+    const double factor = nis.mean / nis.expected;
+    if (nis.verdict != (factor > 1.0 ? Verdict::optimistic : Verdict::pessimistic)) continue;
+    sentences.push_back(fmt::format("Scaling S of {} by {} would make its mean NIS right.", sensor.name,
+                                    number_text(factor, 3)));
+  }
+  if (one_sensor && is_inconsistent(b.nis.verdict) && of_S.reason.empty() &&
+      (of_S.lower > 1.0 || of_S.upper < 1.0)) {
     std::string sentence = fmt::format("Scaling S by {} would make the mean NIS right", factor_text(of_S));
     if (b.scale_measurement_noise.reason.empty()) {
       sentence += fmt::format(

@@ -178,7 +178,7 @@ TEST(CalibrationRecorder, StretchesAreTheRowsInTheirOrder) {
 TEST(CalibrationRecorder, StretchesAreAsManyAsAreIndependent) {
   CalibrationRecorder recorder;
   for (const auto& [rows, repeated] :
-       {std::pair{1600, 1}, std::pair{1600, 12}, std::pair{1600, 60}, std::pair{190, 1}}) {
+       {std::pair{1600, 1}, std::pair{1600, 20}, std::pair{1600, 60}, std::pair{190, 2}}) {
     recorder.begin_run(layout_of_numbers(1), "run");
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal;

@@ -233,6 +233,20 @@ TEST(Calibration, StretchesOfTwoLogsAreOfTheSameRows) {
   EXPECT_EQ(judged(two).unit_count, 20);
 }
 
+// Of 2,000 rows twenty stretches are 99 rows each, or a little more.
+TEST(Calibration, StretchesAreAsLongAsTheErrorsRemember) {
+  const Played one = play_rows(7, 1, 2000, kRight, 0.7);
+  CalibrationUnits units{.runs = one.runs, .parts = one.parts};
+  const auto count = [&](double memory) {
+    units.memory = memory;
+    return judge_calibration(units, 0.95).unit_count;
+  };
+  EXPECT_EQ(count(kNaN), 20);
+  EXPECT_EQ(count(13.0), 20);
+  EXPECT_EQ(count(20.0), 10);
+  EXPECT_EQ(count(30.0), 0);
+}
+
 // Over 100 sets of 40 runs with heavy tails: a further run is covered in at least 95 % of the cases.
 TEST(Calibration, TheConformalFactorCoversFurtherRuns) {
   int covered = 0;

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "analysis/evidence/sums/evidence_recorder.h"
+#include "analysis/evidence/verdicts/judgement_settling.h"
 #include "analysis/studies/selftest_study.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
@@ -551,6 +552,15 @@ TEST(Judgement, AnErrorThatOscillatesUndampedLeavesOneRunUndecided) {
         << one.nees.reason;
     EXPECT_EQ(judge(oscillating(2, 500, seed)).word.verdict, Verdict::consistent) << seed;
   }
+}
+
+TEST(Judgement, TheMemoryOfNeesIsThatOfItsErrorsWhereAllWereKept) {
+  constexpr double kMemory = 0.8, kExact = (1.0 + kMemory * kMemory) / (1.0 - kMemory * kMemory);
+  EXPECT_NEAR(memory_in_rows(logs_of(1, 2000, kMemory, 1.5)) / kExact, 1.0, 0.2);
+  EXPECT_NEAR(memory_in_rows(logs_of(4, 500, kMemory, 0.5)) / kExact, 1.0, 0.2);
+  // Every fourth of 8,000 rows is kept, a little more than the memory apart.
+  EXPECT_NEAR(memory_in_rows(logs_of(1, 8000, kMemory, 1.0)) / kExact, 1.2, 0.3);
+  EXPECT_TRUE(std::isnan(memory_in_rows(logs_of(25, 50, kMemory, 1.0)))) << "of many runs none are";
 }
 
 // Beyond twelve states an error that lasts is found wherever it is: 26 % of such runs of 500 rows were

@@ -195,7 +195,7 @@ TEST(LawJudgement, HeavyTailsOfFewRunsDoNotExcuseAWrongCovariance) {
     }
   }
   // An error that stays as it is, or a run too short for its correlation in time, leaves no stretches.
-  EXPECT_TRUE(std::isnan(judge(errors_of(I, I, 3, 60, heavy(7))).law.gaussianity.moments_p_value));
+  EXPECT_TRUE(std::isnan(judge(errors_of(I, I, 3, 40, heavy(7))).law.gaussianity.moments_p_value));
 }
 
 // Pieces of a run are not independent where its errors are correlated over them.

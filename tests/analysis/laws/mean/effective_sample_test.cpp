@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "analysis/laws/ten_stretches.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence::internal {
@@ -390,6 +391,22 @@ TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
   EXPECT_EQ(stretch_averages({}).averages.count, 0);
 }
 
+// A run that was broken off leaves the others as they are.
+TEST(StretchAverages, AShortRunBesideLongOnesIsLeftOut) {
+  std::vector<double> whole;
+  for (int k = 0; k < 2000; ++k) whole.push_back(k % 3 == 0 ? 1.5 : 0.7);
+  const std::vector<double> broken(whole.begin(), whole.begin() + 20);
+  const auto averages = [](const std::vector<std::vector<double>>& runs) {
+    return stretch_averages(runs).averages;
+  };
+  EXPECT_EQ(averages({whole, broken}).count, 20);
+  EXPECT_EQ(averages({broken, whole, whole}).count, 20);
+  EXPECT_EQ(averages({broken, broken}).count, 0);
+  const std::vector<double> half(whole.begin(), whole.begin() + 1000);
+  EXPECT_EQ(averages({whole, half}).count, 30) << "of 100 rows each";
+  EXPECT_EQ(averages({whole, broken}).mean, averages({whole}).mean);
+}
+
 TEST(EffectiveSample, OfSeveralSeriesIsAboutTheirCommonMean) {
   const std::vector<std::vector<double>> runs = {{1.0, 3.0, 2.0, 4.0, 2.5}, {5.0, 6.0, 4.5}};
   const std::vector<std::span<const double>> views(runs.begin(), runs.end());
@@ -397,6 +414,73 @@ TEST(EffectiveSample, OfSeveralSeriesIsAboutTheirCommonMean) {
   EXPECT_EQ(common.correlation_time, wanted.correlation_time);
   EXPECT_EQ(common.size, wanted.size);
   EXPECT_FALSE(effective_sample(std::vector<std::vector<double>>{}).reason.empty());
+}
+
+/// Runs of autoregressions about a mean of 0.2, mixed.
+std::vector<Matrix> autoregressions(std::uint64_t seed, Index dim, Index vectors, std::size_t runs,
+                                    double phi) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const auto fresh = [&] { return Vector(Vector::NullaryExpr(dim, [&] { return normal(random); })); };
+  Matrix mix = Matrix::Identity(dim, dim);
+  mix.row(0) *= 3.0;
+  mix.col(0).setConstant(2.0);
+  std::vector<Matrix> result;
+  for (std::size_t r = 0; r < runs; ++r) {
+    Matrix& run = result.emplace_back(dim, vectors);
+    Vector e = fresh();
+    for (Index k = 0; k < vectors; ++k) {
+      run.col(k) = mix * e + Vector::Constant(dim, 0.2);
+      e = phi * e + std::sqrt(1.0 - phi * phi) * fresh();
+    }
+  }
+  return result;
+}
+
+// ‖R_h‖²/n = φ^{2h}, however the components are mixed.
+TEST(MemoryOfSquares, IsThatOfTheSquaresOfAutoregressions) {
+  for (const double phi : {0.0, 0.5, 0.9}) {
+    const double exact = (1.0 + phi * phi) / (1.0 - phi * phi);
+    EXPECT_NEAR(memory_of_squares(autoregressions(1, 3, 20'000, 1, phi)) / exact, 1.0, 0.05) << phi;
+    EXPECT_NEAR(memory_of_squares(autoregressions(2, 2, 1000, 15, phi)) / exact, 1.0, 0.07) << phi;
+  }
+}
+
+TEST(MemoryOfSquares, HasLittleBiasOfFewVectorsOfManyComponents) {
+  double sum = 0.0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed)
+    sum += memory_of_squares(autoregressions(seed, 8, 300, 1, 0.8)) / 100.0;
+  EXPECT_NEAR(sum / (1.64 / 0.36), 1.0, 0.15) << "uncorrected it would be 4.9";
+}
+
+TEST(MemoryOfSquares, IsNoneOfWhatCannotBeWhitened) {
+  EXPECT_TRUE(std::isnan(memory_of_squares({})));
+  EXPECT_TRUE(std::isnan(memory_of_squares(std::vector<Matrix>{Matrix::Zero(2, 50)})));
+  EXPECT_TRUE(std::isnan(memory_of_squares(std::vector<Matrix>{Matrix(2, 0)})));
+}
+
+// 200 rows of NEES that are worth all of them by themselves.
+TEST(MemoryOfSquares, DecidesHowLongAStretchMustBe) {
+  std::vector<double> nees;
+  for (int k = 0; k < 200; ++k) nees.push_back(k % 3 == 0 ? 1.5 : 0.7);
+  const auto is_tested = [&](double memory) {
+    return test_single_run(nees, {0.95}, memory).front().run_sum.reason.empty();
+  };
+  EXPECT_TRUE(is_tested(kNaN));
+  EXPECT_TRUE(is_tested(20.0 / 7.0));
+  EXPECT_FALSE(is_tested(2.9));
+  const auto stretches = [&](double memory) {
+    return stretch_averages(std::span(&nees, 1), memory).averages.count;
+  };
+  EXPECT_EQ(stretches(kNaN), 20);
+  EXPECT_EQ(stretches(10.0 / 7.0), 20);
+  EXPECT_EQ(stretches(1.5), 0);
+}
+
+TEST(MemoryOfSquares, AStretchIsNoShorterThanHalfOfWhatNeesTells) {
+  EXPECT_EQ(shortest_stretch(8.0, kNaN), 80.0);
+  EXPECT_EQ(shortest_stretch(8.0, 6.0), 42.0);
+  EXPECT_EQ(shortest_stretch(8.0, 3.0), 40.0);
 }
 
 }  // namespace

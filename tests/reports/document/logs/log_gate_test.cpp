@@ -46,6 +46,7 @@ std::string baseline_of(const UnitFactors& units, const std::string& verdict = "
   calibration.units = units.units;
   return text_of_json({{"verdict", verdict},
                        {"nees", Json::object()},
+                       {"unmatched_rows", 0},
                        {"calibration", calibration_json(calibration, units, {})}});
 }
 
@@ -128,6 +129,9 @@ TEST(LogGate, AVerdictThatBecameInconsistentIsWorse) {
   EXPECT_TRUE(gate(Verdict::pessimistic, "consistent").became_inconsistent);
   EXPECT_TRUE(gate(Verdict::mixed, "undecided").became_inconsistent);
   EXPECT_FALSE(gate(Verdict::pessimistic, "optimistic").became_inconsistent);
+  EXPECT_TRUE(gate(Verdict::optimistic, "pessimistic").became_inconsistent) << "safe is not unsafe";
+  EXPECT_TRUE(gate(Verdict::mixed, "pessimistic").became_inconsistent);
+  EXPECT_FALSE(gate(Verdict::mixed, "optimistic").became_inconsistent);
   EXPECT_FALSE(gate(Verdict::undecided, "consistent").became_inconsistent);
   EXPECT_EQ(
       gate_sentence(gate(Verdict::mixed, "consistent")),
@@ -135,6 +139,54 @@ TEST(LogGate, AVerdictThatBecameInconsistentIsWorse) {
       "compared, as it has means with bounds of nothing (`nees`, `blocks` and `sensors` with `mean` and "
       "`overall`) and these logs of nothing; write it anew with `credence check --format json` of logs with "
       "the same states and innovations; the verdict counts as without a baseline.");
+}
+
+// Both factors share the error of their runs: one that seems 0.85 of 1 after a repair of 1.0 may be right.
+TEST(LogGate, AChangeAcrossOneIsNotWorseByChance) {
+  std::vector<std::pair<std::string, double>> before, now;
+  for (int i = 0; i < 12; ++i) {
+    const double of_run = 0.7 + 0.05 * i;
+    before.emplace_back(std::to_string(i), 1.08 * of_run);
+    now.emplace_back(std::to_string(i), 0.86 * of_run);
+  }
+  const LogGate gate = gate_of(factors_of(before), factors_of(now));
+  ASSERT_LT(gate.changes.at(0).adjusted, 1e-3);
+  EXPECT_THAT(gate.worse, IsEmpty());
+  EXPECT_THAT(gate_sentence(gate), HasSubstr("which of the two is nearer to right is not told"));
+  EXPECT_EQ(nearness_of(gate.changes[0], 0.05), Nearness::open);
+  for (auto& run : now) run.second *= 0.6;
+  EXPECT_EQ(nearness_of(gate_of(factors_of(before), factors_of(now)).changes[0], 0.05), Nearness::farther);
+}
+
+TEST(LogGate, OtherStatesAreNotComparedAndMissingRunsAreTold) {
+  CheckedLogs logs = checked(factors_of(kWrongRuns));
+  logs.analysis.evidence.state_dim = 2;
+  logs.gate = gate_against(logs, "before.json", baseline_of(factors_of(kRightRuns)), kMargin);
+  EXPECT_THAT(gate_sentence(*logs.gate), HasSubstr("as it is of 0 states and these logs are of 2 states"));
+  EXPECT_TRUE(fails(logs)) << "the word decides";
+  const LogGate fewer = gate_of(factors_of(with(kRightRuns, {{"gone", 1.0}})), factors_of(kRightRuns));
+  EXPECT_THAT(gate_sentence(fewer), HasSubstr("1 of its 9 runs are not here."));
+}
+
+TEST(LogGate, RowsThatWereRejectedBeforeDoNotFailAndMoreOfThemDo) {
+  const auto gate_with = [](std::int64_t rejected) {
+    CheckedLogs logs = checked(factors_of(kRightRuns), Verdict::consistent);
+    logs.analysis.evidence.rows = 1000;
+    logs.analysis.evidence.rejected["P has a negative variance"] = {.count = rejected, .first = "a.csv:9"};
+    Json before = Json::parse(baseline_of(factors_of(kRightRuns), "consistent"));
+    before["rows"] = 1000;
+    before["rejected_rows"] = 2;
+    logs.gate = gate_against(logs, "before.json", text_of_json(before), kMargin);
+    return logs;
+  };
+  EXPECT_FALSE(lost_any(gate_with(2)));
+  EXPECT_THAT(junit_xml(gate_with(2), 0.95), HasSubstr("failures=\"0\""));
+  EXPECT_TRUE(lost_any(gate_with(3)));
+  EXPECT_THAT(gate_with(3).gate->worse,
+              testing::ElementsAre("3 of 1000 rows are rejected, before 2 of 1000"));
+  CheckedLogs alone = gate_with(2);
+  alone.gate.reset();
+  EXPECT_TRUE(lost_any(alone));
 }
 
 /// A mean NEES or NIS that lies within its bounds for factors from lower to upper.
@@ -165,6 +217,7 @@ TEST(LogGate, WhereNoFactorsArePairedTheMeansAreCompared) {
     const Judgement& j = before.analysis.judgement;
     const std::string document =
         text_of_json({{"verdict", "optimistic"},
+                      {"unmatched_rows", 0},
                       {"nees", verdict_json(j.nees)},
                       {"sensors", {{{"name", "gps"}, {"nis", verdict_json(j.sensors[0].nis)}}}}});
     return gate_against(now, "before.json", document, kMargin);
@@ -208,10 +261,13 @@ TEST(LogGate, WhereNothingIsPairedTheWordDecides) {
 
 TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
   const CheckedLogs logs = checked(factors_of({}));
-  for (const char* text :
-       {"", "{", "[]", "7", R"({"nees": {}})", R"({"verdict": 1, "nees": {}})",
-        R"({"verdict": "mixed", "nees": {}, "calibration": {"units": "runs", "unit_names": 5}})",
-        R"({"verdict": "mixed", "nees": {}, "calibration": {"units": "runs", "unit_names": [5]}})"}) {
+  for (
+      const char* text :
+      {"", "{", "[]", "7", R"({"nees": {}})", R"({"verdict": 1, "nees": {}})",
+       R"({"verdict": "mixed", "nees": {}})",
+       R"({"verdict": "mixed", "nees": {}, "unmatched_rows": 0, "outcomes": 5})",
+       R"({"verdict": "mixed", "nees": {}, "unmatched_rows": 0, "calibration": {"units": "runs", "unit_names": 5}})",
+       R"({"verdict": "mixed", "nees": {}, "unmatched_rows": 0, "calibration": {"units": "runs", "unit_names": [5]}})"}) {
     EXPECT_THAT([&] { gate_against(logs, "old.json", text, kMargin); },
                 ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is not a document of")))
         << text;
