@@ -247,27 +247,44 @@ bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose&
   return Eigen::LLT<Matrix>(room).info() != Eigen::Success;
 }
 
+namespace {
+
+/// What takes more rows, where a truth has its own further apart than it may be from an estimate; else "".
+std::string more_of_sparse(const Trajectory& truth, const TrajectoryMatching& matching) {
+  if (truth.time_s.size() < 2) return "";
+  constexpr double kRoom = 1.05;
+  const double apart =
+      (truth.time_s.back() - truth.time_s.front()) / static_cast<double>(truth.time_s.size() - 1);
+  if (!(apart > matching.max_time_difference_s)) return "";
+  return fmt::format(
+      "the rows of the truth are {:.2g} s apart: {}--max-time-difference {:.2g} takes what lies between two "
+      "of them as well, where their motion is even enough for P",
+      apart,
+      matching.truth_time == TruthTime::nearest ? ""
+                                                : "--truth-time nearest takes the estimates beside one, ",
+      kRoom * apart);
+}
+
+}  // namespace
+
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching) {
   const double from = truth.time_s.front(), to = truth.time_s.back();
-  const double apart =
-      truth.time_s.size() > 1 ? (to - from) / static_cast<double>(truth.time_s.size() - 1) : 0.0;
-  std::string sparse;
-  if (apart > matching.max_time_difference_s && first_s < to && last_s > from) {
-    constexpr double kRoom = 1.05;
-    sparse = fmt::format(
-        "; the rows of the truth are {:.2g} s apart: {}--max-time-difference {:.2g} takes what lies between "
-        "two of them as well, where their motion is even enough for P",
-        apart,
-        matching.truth_time == TruthTime::nearest ? ""
-                                                  : "--truth-time nearest takes the estimates beside one, ",
-        kRoom * apart);
-  }
-  return {
-      estimate, "",
-      fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
-                  "{:.3f} to {:.3f} s, tolerance {} s{}",
-                  truth.file.string(), first_s, last_s, from, to, matching.max_time_difference_s, sparse)};
+  const std::string more = first_s < to && last_s > from ? more_of_sparse(truth, matching) : "";
+  return {estimate, "",
+          fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
+                      "{:.3f} to {:.3f} s, tolerance {} s{}{}",
+                      truth.file.string(), first_s, last_s, from, to, matching.max_time_difference_s,
+                      more.empty() ? "" : "; ", more)};
+}
+
+void tell_unmatched(std::int64_t unmatched, std::int64_t rows, const Trajectory& truth,
+                    const TrajectoryMatching& matching, LogSink& sink) {
+  sink.unmatched(unmatched);
+  constexpr std::int64_t kMany = 4;  // of so many rows one
+  const std::string more = more_of_sparse(truth, matching);
+  if (more.empty() || kMany * unmatched < rows) return;
+  sink.remark(fmt::format("{} of {} rows have no truth at their time; {}.", unmatched, rows, more));
 }
 
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
@@ -310,6 +327,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
   if (result.unmatched == std::ssize(estimate.poses))
     throw no_truth(estimate.file, estimate.time_s.front(), estimate.time_s.back(), truth, matching);
   if (conventions != nullptr && sink != nullptr) conventions->tell(comparison, *sink);
+  result.between_truths = gaps.left_out();
   if (sink != nullptr) gaps.tell(estimate.file, std::ssize(result.rows), *sink);
   return result;
 }

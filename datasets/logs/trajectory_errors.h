@@ -183,6 +183,11 @@ class TruthComparison {
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching);
 
+/// Counts estimates without a truth at their time, and says what takes more where many have none, as the rows
+/// of the truth are far apart.
+void tell_unmatched(std::int64_t unmatched, std::int64_t rows, const Trajectory& truth,
+                    const TrajectoryMatching& matching, LogSink& sink);
+
 /// Errors of an estimate.
 struct TrajectoryErrors {
   RunLayout layout;
@@ -190,6 +195,7 @@ struct TrajectoryErrors {
   std::vector<double> time_s;       ///< of each row, of the estimate
   std::vector<double> travelled_m;  ///< by the truth, up to each row
   std::int64_t unmatched = 0;       ///< estimates without a truth at their time
+  std::int64_t between_truths = 0;  ///< estimates whose truth may be too far off (TruthGaps)
   std::int64_t used_up = 0;         ///< rows left out, as they placed the truth
   TruthPlacement placement;
 };

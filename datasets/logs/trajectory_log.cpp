@@ -128,7 +128,8 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
     sink.at(errors.time_s[i]);
     sink.add(errors.rows[i]);
   }
-  sink.unmatched(errors.unmatched);
+  tell_unmatched(errors.unmatched, std::ssize(estimate.poses), *poses.truth, matching, sink);
+  sink.unmatched(errors.between_truths);
   sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
 }
 

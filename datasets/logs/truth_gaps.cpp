@@ -30,7 +30,7 @@ TruthGaps::TruthGaps(const Trajectory& truth, const TrajectoryMatching& matching
     : truth_(truth), matching_(matching) {
   constexpr std::size_t kFewestRows = 32, kMostRows = 4096, kWidestLag = 4;
   const std::size_t rows = truth.time_s.size();
-  if (matching.truth_time == TruthTime::nearest || rows < kFewestRows + 2 * kWidestLag) return;
+  if (rows < kFewestRows + 2 * kWidestLag) return;
   std::vector<double> position[3], rotation[3];
   const std::size_t stride = (rows + kMostRows - 1) / kMostRows;
   for (std::size_t i = kWidestLag; i + kWidestLag < rows; i += stride) {
@@ -51,7 +51,8 @@ TruthGaps::Growth TruthGaps::growth_of(std::vector<double> of_one, std::vector<d
   if (!(two > one)) return {.motion = 0.0};
   // Within the gap it is no less than over longer ones; noise makes the first of these too small.
   const double growth = std::clamp(std::max(two / one, (four - two) / (two - one)), kRandomWalk, kSteady);
-  return {.alpha = std::log(growth) / std::log(4.0),
+  return {.usual = std::sqrt(one),
+          .alpha = std::log(growth) / std::log(4.0),
           .motion = one > 0.0 ? std::min(1.0, (two - one) / (growth - 1.0) / one) : 1.0};
 }
 
@@ -73,21 +74,29 @@ std::vector<TruthDeviation> TruthGaps::at(double time_s) const {
   const bool first_is_nearer = t - times[before] <= times[after] - t;
   if (std::abs(t - times[first_is_nearer ? before : after]) <= kSameTime_s) return {};
 
-  if (matching_.truth_time == TruthTime::nearest) {
-    const SpatialPose& taken = truth_.poses[first_is_nearer ? before : after];
-    const SpatialPose line = pose_between(truth_.poses[before], truth_.poses[after], share);
-    return {{line.position - taken.position, rotation_log(taken.orientation.conjugate() * line.orientation)}};
-  }
-  std::vector<TruthDeviation> result;
+  std::vector<TruthDeviation> from_line;
   for (const std::size_t i : {before, after}) {
-    if (i == 0 || i + 1 == times.size()) continue;
+    if (i == 0 || i + 1 == times.size() || upper == 0 || upper == times.size()) continue;
     const double beside = 4.0 * (times[i] - times[i - 1]) * (times[i + 1] - times[i]);
-    const auto scale = [&](const Growth& growth) {
+    const auto scale = [&](const Growth& growth, double length) {
       const double place = std::pow(4.0 * share * (1.0 - share), std::clamp(growth.alpha + 0.5, 1.0, 2.0));
-      return std::sqrt(growth.motion * place * std::pow(gap * gap / beside, growth.alpha));
+      const double raised = growth.alpha < 1.0 && length > 0.0 ? std::max(1.0, growth.usual / length) : 1.0;
+      return raised * std::sqrt(growth.motion * place * std::pow(gap * gap / beside, growth.alpha));
     };
     const TruthDeviation d = departure(i, 1);
-    result.push_back({scale(of_position_) * d.position, scale(of_rotation_) * d.rotation});
+    from_line.push_back({scale(of_position_, d.position.norm()) * d.position,
+                         scale(of_rotation_, d.rotation.norm()) * d.rotation});
+  }
+  if (matching_.truth_time == TruthTime::interpolated) return from_line;
+
+  const SpatialPose& taken = truth_.poses[first_is_nearer ? before : after];
+  const SpatialPose line = pose_between(truth_.poses[before], truth_.poses[after], share);
+  const TruthDeviation moved = {line.position - taken.position,
+                                rotation_log(taken.orientation.conjugate() * line.orientation)};
+  std::vector<TruthDeviation> result = {moved};
+  for (const TruthDeviation& d : from_line) {
+    for (const double side : {1.0, -1.0})
+      result.push_back({moved.position + side * d.position, moved.rotation + side * d.rotation});
   }
   return result;
 }

@@ -16,7 +16,9 @@
 /// square of the departure at the share f of a gap g is m d² (4f(1 − f))^β (g²/(4 h₁h₂))^α, β = α + 1/2
 /// between 1 and 2, h₁ and h₂ the gaps beside row i; α and the part m that is motion, not noise of the
 /// truth, are had from the mean squares of d over gaps two and four times as long, D₁ = N + s, D₂ = N + 4^α
-/// s, D₄ = N + 16^α s. Of the two rows beside a gap the one that says more counts.
+/// s, D₄ = N + 16^α s. Of the two rows beside a gap the one that says more counts; where α < 1
+/// they tell nothing of this gap, and d is at least its root mean square, so that no gap is chosen by chance.
+/// Motion faster than the rows of the truth looks like its noise, and is not counted.
 
 namespace credence::internal {
 
@@ -29,7 +31,8 @@ class TruthGaps {
   TruthGaps(const Trajectory& truth, const TrajectoryMatching& matching);
 
   /// What the truth that is taken for this time of an estimate may be off, as told by the row before and by
-  /// that after it; none at the time of a row. Of the nearest row: how far the truth has moved since.
+  /// that after it; none at the time of a row. Of the nearest row: how far the truth has moved since, along
+  /// the line, and as far off it on either side.
   std::vector<TruthDeviation> at(double time_s) const;
 
   /// Counts an estimate whose truth is off by more than P leaves room for.
@@ -42,6 +45,7 @@ class TruthGaps {
  private:
   /// How squared departures from a straight line grow with the gap, and the part of them that is motion.
   struct Growth {
+    double usual = 0.0;  ///< root of the mean square of one gap on either side
     double alpha = 2.0;
     double motion = 1.0;
   };

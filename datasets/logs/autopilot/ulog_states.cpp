@@ -211,7 +211,7 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
                     fmt::format("no row of {} has a truth at its time, within {} s (--max-time-difference)",
                                 kStates, options.matching.max_time_difference_s));
   }
-  sink.unmatched(unmatched);
+  sink.unmatched(unmatched + gaps.left_out());
   if (not_finite > 0) {
     sink.remark(fmt::format("Left out: {} of {} rows of {}, whose estimate or variance is not finite.",
                             not_finite, rows.size(), kStates));

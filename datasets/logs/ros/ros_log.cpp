@@ -392,7 +392,9 @@ class RosLog {
     if (steps == 0 && without == 0 && used_up == 0) {
       throw no_truth(file_, stream.first_s(), stream.last_s(), truth, matching_);
     }
-    sink_.unmatched(unmatched);
+    tell_unmatched(unmatched, steps + without + used_up + unmatched + gaps.left_out(), truth, matching_,
+                   sink_);
+    sink_.unmatched(gaps.left_out());
     tell_placement(placement_, used_up, sink_);
     if (steps == 0 && !truth.covariances.empty()) {
       sink_.remark(

@@ -96,15 +96,46 @@ std::string format_text(const CheckOptions& o, const Formats& formats) {
   return text;
 }
 
-/// The sentences of several files; the same sentence of several only once.
-std::vector<std::string> remarks_of(const LogJudgeResult& result) {
-  std::vector<std::string> texts;
-  std::map<std::string, std::int64_t> times;
-  for (const LogRemark& remark : result.remarks) {
-    if (times[remark.sentence]++ == 0) texts.push_back(remark.sentence);
+/// A sentence without its numbers.
+std::string form_of(std::string_view sentence) {
+  std::string form;
+  for (const char c : sentence) {
+    const bool in_number = (c >= '0' && c <= '9') || c == '.';
+    if (!in_number) form += c;
+    if (in_number && !form.ends_with('0')) form += '0';
   }
-  for (std::string& text : texts) {
-    if (const std::int64_t n = times[text]; n > 1) text += fmt::format(" ({} files.)", n);
+  return form;
+}
+
+/// The sentences of several files, the first of those that differ by their numbers alone; with the name of
+/// its file, where there are others of which it is not true.
+std::vector<std::string> remarks_of(const LogJudgeResult& result) {
+  struct Told {
+    const LogRemark* first;
+    std::set<fs::path> files;
+    bool same = true;
+  };
+  std::vector<Told> all;
+  std::map<std::string, std::size_t> place;  // of a form
+  for (const LogRemark& remark : result.remarks) {
+    const auto [found, is_new] = place.try_emplace(form_of(remark.sentence), all.size());
+    if (is_new) all.push_back({&remark, {}});
+    Told& told = all[found->second];
+    told.files.insert(remark.file);
+    told.same = told.same && remark.sentence == told.first->sentence;
+  }
+  std::vector<std::string> texts;
+  for (const Told& told : all) {
+    const std::string file = told.first->file.string();
+    std::string& text = texts.emplace_back(told.first->sentence);
+    const auto n = std::ssize(told.files);
+    if (told.same && n > 1) {
+      text += fmt::format(" ({} files.)", n);
+    } else if (result.files > 1 && !file.empty() && text.find(file) == std::string::npos) {
+      text = fmt::format("{}: {}", file, text);
+      if (n > 1)
+        text += fmt::format(" ({} more {} other numbers.)", n - 1, n > 2 ? "files have" : "file has");
+    }
   }
   return texts;
 }

@@ -141,7 +141,7 @@ TEST(TruthGaps, OfTheNearestRowTheTruthMovesOn) {
   Trajectory truth = empty_truth();
   for (int i = 0; i < 3; ++i) append_pose(truth, i, {Eigen::Vector3d(4.0 * i, 0.0, 0.0)});
   const TruthGaps gaps(truth, {.max_time_difference_s = 1.0, .truth_time = TruthTime::nearest});
-  ASSERT_THAT(gaps.at(1.25), SizeIs(1));
+  ASSERT_THAT(gaps.at(1.25), SizeIs(3));
   EXPECT_DOUBLE_EQ(gaps.at(1.25)[0].position.x(), 1.0);
   EXPECT_DOUBLE_EQ(gaps.at(0.75)[0].position.x(), -1.0);
   EXPECT_DOUBLE_EQ(gaps.at(2.5)[0].position.x(), 2.0) << "behind the last row it goes on";
@@ -161,6 +161,24 @@ Trajectory estimate_of(const Trajectory& fine, double sigma) {
     estimate.covariances.push_back(sigma * sigma * PoseCovariance::Identity());
   }
   return estimate;
+}
+
+// A walk tells of one gap nothing by the others: those where it is small by chance would be taken.
+TEST(TruthGaps, OfAWalkNoGapIsChosenByChance) {
+  const Trajectory fine = walk(2000, false);
+  const Trajectory truth = each_second_of(fine);
+  for (const TruthTime truth_time : {TruthTime::interpolated, TruthTime::nearest}) {
+    TrajectoryMatching matching = kAnyGap;
+    matching.truth_time = truth_time;
+    const TruthGaps gaps(truth, matching);
+    double least = 1e9;
+    for (int i = 100; i < 1900; ++i) {
+      double most = 0.0;
+      for (const TruthDeviation& d : gaps.at(i + 0.5)) most = std::max(most, d.position.norm());
+      least = std::min(least, most);
+    }
+    EXPECT_GT(least, 0.5) << "of the root of 3/4 that it departs";
+  }
 }
 
 TEST(TruthGaps, ARightFilterIsRightByATruthThatIsSlower) {

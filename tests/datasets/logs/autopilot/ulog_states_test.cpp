@@ -104,6 +104,7 @@ TEST(UlogStates, WhatLiesBetweenTwoRowsOfTheTruthIsLeftOutWhereItMatters) {
   EXPECT_EQ(bent_by(0.5F).runs.at(0).steps.size(), 29U);
   const RecordedSink bent = bent_by(2.0F);
   EXPECT_EQ(bent.runs.at(0).steps.size(), 15U);
+  EXPECT_EQ(bent.unmatched_rows, 15);
   EXPECT_THAT(bent.said(), HasSubstr("14 rows are left out, whose truth lies between two of its rows"));
 }
 

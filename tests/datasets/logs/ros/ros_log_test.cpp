@@ -432,6 +432,7 @@ TEST(RosLog, WhatLiesBetweenTwoRowsOfASlowTruthIsLeftOutWhereItMatters) {
   };
   const RecordedSink sure = by_a_slow_truth(1e-6), unsure = by_a_slow_truth(1.0);
   EXPECT_EQ(sure.runs.at(0).steps.size(), 6U);
+  EXPECT_EQ(sure.unmatched_rows, 6);
   EXPECT_THAT(sure.said(),
               HasSubstr("5 rows are left out, whose truth lies between two of its rows, 0.25 s"));
   EXPECT_EQ(unsure.runs.at(0).steps.size(), 11U);

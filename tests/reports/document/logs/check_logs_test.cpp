@@ -149,8 +149,11 @@ TEST_F(CheckLogs, FilesOfPosesHaveOneTimeOffsetOrEachItsOwn) {
   options.threads = 3;
   EXPECT_EQ(check_logs(files, options).json(), together);
   options.reading.matching.find_time_offset = TimeOffsetSearch::each;
-  EXPECT_THAT(check_logs(files, options).json(),
-              ::testing::AllOf(HasSubstr("The time offset was estimated"), Not(HasSubstr("files together"))));
+  EXPECT_THAT(
+      check_logs(files, options).json(),
+      ::testing::AllOf(HasSubstr("drive1.tum: The time offset was estimated"),
+                       Not(HasSubstr("drive2.tum: The time offset was estimated")),
+                       HasSubstr("(1 more file has other numbers.)"), Not(HasSubstr("files together"))));
 }
 
 TEST_F(CheckLogs, FactorsOfRowsWithAllStatesSaySo) {
