@@ -297,16 +297,18 @@ std::size_t long_enough(const std::vector<std::size_t>& lengths, double shortest
 
 StretchAverages stretch_averages(std::span<const std::vector<double>> runs, double memory) {
   if (stretches_of_each(runs.size()) == 0) return {};
-  std::vector<std::size_t> lengths;
-  for (const auto& run : runs) lengths.push_back(run.size());
+  std::vector<std::size_t> lengths(runs.size());
+  std::ranges::transform(runs, lengths.begin(), [](const auto& run) { return run.size(); });
   std::ranges::sort(lengths, std::greater());
   std::vector<ThinnedSeries> shorter;
+  shorter.reserve(runs.size());
   Moments all;
   for (const auto& run : runs) {
     shorter.push_back(thinned(run, lengths.front()));
     for (const double x : run) all.add(x);
   }
   std::vector<std::span<const double>> looked_at;
+  looked_at.reserve(shorter.size());
   for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
   const EffectiveSample sample = effective_sample(looked_at, all.mean);
   const double correlation_time = shorter.front().rows_per_value * sample.correlation_time;
