@@ -15,8 +15,8 @@
 /// @file
 /// Where P lies, by how much, and what would mend it, judged on runs that were left out.
 ///
-/// Units are whole runs, from five on; of fewer runs their stretches, ten of each, and of a single one twenty
-/// where it is long enough, as far as they are long enough (shortest_stretch) and no error stays as it is
+/// Units are whole runs, from five on; of fewer runs their stretches, ten of each, and of a single one
+/// twenty, as far as they are long enough (shortest_stretch) and no error stays as it is
 /// (LawSums::errors_stand). Every mean over units takes the tests of run_mean.h, which need neither a
 /// Gaussian law nor independence in time.
 

@@ -146,9 +146,8 @@ class CalibrationRecorder {
 struct CalibrationUnits {
   std::vector<CalibrationRun> runs{};  ///< the first CalibrationRecorder::kMostRuns
   std::vector<Block> parts{};
-  RunLayout layout{};  ///< of all these runs
-  double memory =
-      kNaN;  ///< the correlation time of their NEES as the errors tell it, in rows; NaN: not known
+  RunLayout layout{};    ///< of all these runs
+  double memory = kNaN;  ///< memory_in_rows of these runs
 
   /// Of runs with other states the first with most of them stay.
   void append(CalibrationRecorder& later);

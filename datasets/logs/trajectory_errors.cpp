@@ -53,6 +53,10 @@ SpatialPose pose_between(const SpatialPose& a, const SpatialPose& b, double shar
   return {a.position + share * (b.position - a.position), a.orientation.slerp(share, b.orientation)};
 }
 
+double mean_interval_s(const Trajectory& truth) {
+  return (truth.time_s.back() - truth.time_s.front()) / static_cast<double>(truth.time_s.size() - 1);
+}
+
 TruthAlignment truth_alignment_named(std::string_view name) {
   for (const TruthAlignment alignment :
        {TruthAlignment::none, TruthAlignment::se2, TruthAlignment::yaw, TruthAlignment::se3}) {
@@ -147,6 +151,21 @@ RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joi
   return layout;
 }
 
+/// What takes more rows, where a truth has its own further apart than it may be from an estimate; else "".
+std::string more_of_sparse(const Trajectory& truth, const TrajectoryMatching& matching) {
+  if (truth.time_s.size() < 2) return "";
+  constexpr double kRoom = 1.05;
+  const double apart = mean_interval_s(truth);
+  if (!(apart > matching.max_time_difference_s)) return "";
+  return fmt::format(
+      "the rows of the truth are {:.2g} s apart: {}--max-time-difference {:.2g} takes what lies between two "
+      "of them as well, where their motion is even enough for P",
+      apart,
+      matching.truth_time == TruthTime::nearest ? ""
+                                                : "--truth-time nearest takes the estimates beside one, ",
+      kRoom * apart);
+}
+
 }  // namespace
 
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
@@ -231,9 +250,10 @@ std::vector<Index> TruthComparison::components_of(const Step& step) const {
 bool TruthComparison::is_uncertain(double time_s, const UncertainPose& truth,
                                    std::span<const TruthDeviation> deviations, const Step& step) const {
   const std::vector<Index> components = components_of(step);
-  return std::ranges::any_of(deviations, [&](const TruthDeviation& deviation) {
-    return is_too_far(pose_error(truth_at(time_s, deviation)->pose, truth.pose, axes_)(components), step.P);
-  });
+  std::vector<Vector> off;
+  for (const TruthDeviation& deviation : deviations)
+    off.emplace_back(pose_error(truth_at(time_s, deviation)->pose, truth.pose, axes_)(components));
+  return is_any_too_far(off, step.P);
 }
 
 bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose& truth,
@@ -246,26 +266,6 @@ bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose&
       TruthPlacement::kKnown * step.P - of_frame + rounding * Matrix::Identity(step.P.rows(), step.P.cols());
   return Eigen::LLT<Matrix>(room).info() != Eigen::Success;
 }
-
-namespace {
-
-/// What takes more rows, where a truth has its own further apart than it may be from an estimate; else "".
-std::string more_of_sparse(const Trajectory& truth, const TrajectoryMatching& matching) {
-  if (truth.time_s.size() < 2) return "";
-  constexpr double kRoom = 1.05;
-  const double apart =
-      (truth.time_s.back() - truth.time_s.front()) / static_cast<double>(truth.time_s.size() - 1);
-  if (!(apart > matching.max_time_difference_s)) return "";
-  return fmt::format(
-      "the rows of the truth are {:.2g} s apart: {}--max-time-difference {:.2g} takes what lies between two "
-      "of them as well, where their motion is even enough for P",
-      apart,
-      matching.truth_time == TruthTime::nearest ? ""
-                                                : "--truth-time nearest takes the estimates beside one, ",
-      kRoom * apart);
-}
-
-}  // namespace
 
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching) {

@@ -88,6 +88,9 @@ struct TruthDeviation {
 /// The share of the way from a to b: linear, and on the great circle of quaternions.
 SpatialPose pose_between(const SpatialPose& a, const SpatialPose& b, double share);
 
+/// Between neighbouring rows, of which there must be two.
+double mean_interval_s(const Trajectory& truth);
+
 /// The truth at a time, or nothing where it is too far. Between two truths the covariance is the weighted
 /// mean of theirs, which no correlation of the two exceeds. With `matching`'s time offset and lever arm, and
 /// off by `deviation` as it is written.

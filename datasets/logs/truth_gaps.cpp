@@ -21,9 +21,11 @@ double trimmed_mean(std::vector<double>& values) {
 
 }  // namespace
 
-bool is_too_far(const Vector& d, const Matrix& P) {
+bool is_any_too_far(std::span<const Vector> deviations, const Matrix& P) {
+  if (deviations.empty()) return false;
   const Matrix W = psd_whitening(P);
-  return (W * d).squaredNorm() > TruthGaps::kShare * static_cast<double>(W.rows());
+  const double most = TruthGaps::kShare * static_cast<double>(W.rows());
+  return std::ranges::any_of(deviations, [&](const Vector& d) { return (W * d).squaredNorm() > most; });
 }
 
 TruthGaps::TruthGaps(const Trajectory& truth, const TrajectoryMatching& matching)
@@ -110,12 +112,10 @@ std::string TruthGaps::left_out_rows() const {
                        "more than {:.0f} % of σ",
                        percent);
   }
-  const double apart =
-      (truth_.time_s.back() - truth_.time_s.front()) / static_cast<double>(truth_.time_s.size() - 1);
   return count + fmt::format(
                      "whose truth lies between two of its rows, {:.2g} s apart, and may be off the "
                      "straight line between them by more than {:.0f} % of σ",
-                     apart, percent);
+                     mean_interval_s(truth_), percent);
 }
 
 void TruthGaps::tell(const std::filesystem::path& estimate, std::int64_t rows, LogSink& sink) const {

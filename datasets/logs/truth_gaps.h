@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,7 +63,7 @@ class TruthGaps {
   std::int64_t left_out_ = 0;
 };
 
-/// Whether a deviation d of the truth is more than P leaves room for.
-bool is_too_far(const Vector& d, const Matrix& P);
+/// Whether one of these deviations of the truth is more than P leaves room for.
+bool is_any_too_far(std::span<const Vector> deviations, const Matrix& P);
 
 }  // namespace credence::internal

@@ -51,9 +51,9 @@ std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::i
 }
 
 TableCell verdict_cell(Verdict verdict) {
-  const CellTone tone = verdict == Verdict::consistent                                ? CellTone::good
-                        : verdict == Verdict::optimistic || verdict == Verdict::mixed ? CellTone::alarm
-                                                                                      : CellTone::caution;
+  const CellTone tone = verdict == Verdict::consistent ? CellTone::good
+                        : is_unsafe(verdict)           ? CellTone::alarm
+                                                       : CellTone::caution;
   return {std::string(to_string(verdict)), tone};
 }
 

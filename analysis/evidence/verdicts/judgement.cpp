@@ -27,10 +27,10 @@ namespace {
 constexpr std::string_view kLasting = "the innovations are correlated over more steps than are looked at";
 
 /// Of a few long runs; empty where only whole ones are compared.
-StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s) {
+StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s, double memory) {
   const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
   if (!all) return {};
-  StretchAverages stretches = stretch_averages(e.whole_runs.nees, memory_in_rows(e));
+  StretchAverages stretches = stretch_averages(e.whole_runs.nees, memory);
   const bool stand = stretches.averages.count > 0 && e.law.stretches.stand(stretches.effective_rows);
   return stand ? StretchAverages{} : stretches;
 }
@@ -154,7 +154,8 @@ void judge_blocks(const Evidence& e, const JudgementContext& context, const FewR
   // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
   const bool all = context.all_runs == nullptr;
   j.responsible = responsible_block(
-      all ? j.nees : judge_study(e, e.study, averages_compared(e, stretches_of(e, e.study)), j.confidence),
+      all ? j.nees
+          : judge_study(e, e.study, averages_compared(e, stretches_of(e, e.study, few.memory)), j.confidence),
       j.blocks);
 }
 
@@ -505,13 +506,9 @@ void leave_word_open(std::string reason, Judgement& j) {
   j.nees.reason = std::move(reason);
 }
 
-bool is_large(const Judgement& j) {
-  return j.word.verdict == Verdict::optimistic || j.word.verdict == Verdict::mixed;
-}
-
 /// A run that failed has no rows where the filter was worst. Where many have, the others do not speak for it.
 void leave_failed_open(const StudyStatistics& all, Judgement& j) {
-  if (is_large(j)) return;
+  if (is_unsafe(j.word.verdict)) return;
   const auto failed = std::ssize(all.failures);
   if (static_cast<double>(failed) <= kMostLost * static_cast<double>(all.runs)) return;
   leave_word_open(fmt::format("{} of {} runs failed{}", failed, all.runs,
@@ -521,7 +518,7 @@ void leave_failed_open(const StudyStatistics& all, Judgement& j) {
 
 /// A rejected row has a P, or an error, that is none. Where many are, the others do not speak for the filter.
 void leave_rejected_open(const Evidence& e, Judgement& j) {
-  if (is_large(j)) return;
+  if (is_unsafe(j.word.verdict)) return;
   std::int64_t judged = e.has_truth ? j.nees.count : j.nis.count;
   for (const BlockVerdict& block : j.blocks) judged = std::max(judged, block.verdict.count);
   const std::int64_t rejected = e.rejected_rows(), all = rejected + judged;
@@ -570,7 +567,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
       j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
   }
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
-  FewRuns few{.state = stretches_of(e, all)};
+  const double memory = context.memory ? *context.memory : memory_in_rows(e);
+  FewRuns few{.memory = memory, .state = stretches_of(e, all, memory)};
   few.blocks = block_stretches_of(e, few.state);
   j.nees_over_time = nees_over_time(e);
   if (!j.nees_over_time.empty()) {
@@ -602,7 +600,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
       settle(j.nis, correlation.known && correlation.of_sum == 1.0,
              correlation.known ? static_cast<double>(j.nis.steps_tested) / correlation.of_sum : kNaN);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
-    judge_single_run(e, j);
+    judge_single_run(e, memory, j);
   j.lost = lost_runs_of(e, context.run_names);
   j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {

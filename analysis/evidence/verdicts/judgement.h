@@ -128,6 +128,7 @@ struct JudgementContext {
   double gate = std::numeric_limits<double>::infinity();
   /// The factor on S, where more is known of it than that the innovations are white.
   std::optional<ScaleAdvice> scale_innovation{};
+  std::optional<double> memory{};            ///< memory_in_rows of the evidence, where it is known already
   ClaimedSigmaTest claimed_sigma{};          ///< of the rows of these runs
   std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
   /// Of each run of the evidence, where its number among them is not how it can be found.

@@ -150,14 +150,13 @@ void leave_open(const Evidence& e, Judgement& j) {
   }
 }
 
-void judge_single_run(const Evidence& e, Judgement& j) {
+void judge_single_run(const Evidence& e, double memory, Judgement& j) {
   const ThinnedSeries series = thinned(e.first_run);
   if (j.nees.verdict == Verdict::undecided || series.values.empty()) return;
   ConsistencyVerdict& v = j.nees;
   SingleRunJudgement single;
   // Two tests by the union bound, each at half the level.
   const double half = 1.0 - 0.5 * (1.0 - j.confidence);
-  const double memory = memory_in_rows(e);
   const std::vector<TimeAverageTest> averages = test_single_run(
       series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0}, memory / series.rows_per_value);
   single.time_average = averages[0];

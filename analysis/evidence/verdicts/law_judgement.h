@@ -131,6 +131,7 @@ std::vector<NeesOverTime> nees_over_time(const Evidence& evidence);
 
 /// Of fewer than 20 runs.
 struct FewRuns {
+  double memory = kNaN;                 ///< memory_in_rows of the evidence
   StretchAverages state{};              ///< none where stretches are not independent
   std::vector<SkewedMoments> blocks{};  ///< the same, in the order of the evidence; empty where none has any
   double nees_over_time = kNaN;         ///< the smallest p-value of its parts, Bonferroni

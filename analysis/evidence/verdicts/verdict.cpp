@@ -4,6 +4,14 @@
 
 namespace credence::internal {
 
+std::optional<Verdict> verdict_named(std::string_view word) {
+  for (const Verdict verdict : {Verdict::consistent, Verdict::optimistic, Verdict::pessimistic,
+                                Verdict::mixed, Verdict::not_gaussian, Verdict::undecided}) {
+    if (to_string(verdict) == word) return verdict;
+  }
+  return std::nullopt;
+}
+
 Verdict direction_of(bool optimistic, bool pessimistic) {
   return optimistic && pessimistic ? Verdict::mixed
          : optimistic              ? Verdict::optimistic

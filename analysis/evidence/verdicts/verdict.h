@@ -1,6 +1,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <optional>
 #include <string_view>
 
 namespace credence {
@@ -28,6 +29,12 @@ inline bool is_inconsistent(Verdict verdict) {
 }  // namespace credence
 
 namespace credence::internal {
+
+/// Whether P is too small somewhere, so that whoever trusts it is not safe.
+inline bool is_unsafe(Verdict verdict) { return verdict == Verdict::optimistic || verdict == Verdict::mixed; }
+
+/// The verdict of this word, if it is one.
+std::optional<Verdict> verdict_named(std::string_view word);
 
 /// The verdict of what each direction rejects.
 Verdict direction_of(bool optimistic, bool pessimistic);

@@ -49,8 +49,9 @@ std::optional<double> cautious(std::optional<double> time, double values) {
 /// u_k and u_{k−h}, at h = 1, 2, …
 std::vector<Matrix> correlations_of(const LagProducts& products) {
   std::vector<Matrix> correlations = standardised_products(products);
-  for (Index h = 1; Matrix & R : correlations)
-    R *= static_cast<double>(products.pairs(0)) / static_cast<double>(products.pairs(h++));
+  const auto values = static_cast<double>(products.pairs(0));
+  for (std::size_t i = 0; i < correlations.size(); ++i)
+    correlations[i] *= values / static_cast<double>(products.pairs(static_cast<Index>(i) + 1));
   return correlations;
 }
 

@@ -68,6 +68,16 @@ class LagSums {
   Sums sums_;
 };
 
+/// Of runs of these lengths, longest first, how many are long enough for the stretches that so many are cut
+/// into.
+std::size_t long_enough(const std::vector<std::size_t>& lengths, double shortest) {
+  for (std::size_t runs = lengths.size(); runs > 0; --runs) {
+    const auto of_a_run = static_cast<double>(stretches_of_each(runs));
+    if (static_cast<double>(lengths[runs - 1]) >= of_a_run * std::max(1.0, shortest)) return runs;
+  }
+  return 0;
+}
+
 }  // namespace
 
 NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
@@ -280,20 +290,6 @@ std::size_t stretches_of_each(std::size_t runs) {
   constexpr std::size_t kStretches = 20;
   return runs == 0 || runs >= kStretches ? 0 : (kStretches + runs - 1) / runs;
 }
-
-namespace {
-
-/// Of runs of these lengths, longest first, how many are long enough for the stretches that so many are cut
-/// into.
-std::size_t long_enough(const std::vector<std::size_t>& lengths, double shortest) {
-  for (std::size_t runs = lengths.size(); runs > 0; --runs) {
-    const auto of_a_run = static_cast<double>(stretches_of_each(runs));
-    if (static_cast<double>(lengths[runs - 1]) >= of_a_run * std::max(1.0, shortest)) return runs;
-  }
-  return 0;
-}
-
-}  // namespace
 
 StretchAverages stretch_averages(std::span<const std::vector<double>> runs, double memory) {
   if (stretches_of_each(runs.size()) == 0) return {};

@@ -125,15 +125,16 @@ const std::vector<EstimatedMotion>& chosen(const MotionLog& log, const std::file
                                           fmt::join(instances, ", ")));
 }
 
-/// Whether the truth is off by more than P leaves room for; velocities and positions are of the same times.
-bool is_between_rows(const std::vector<TruthDeviation>& velocity, const std::vector<TruthDeviation>& position,
-                     const Matrix& P) {
+/// The same deviations of the first n states; velocities and positions are of the same times.
+std::vector<Vector> deviations_of(const std::vector<TruthDeviation>& velocity,
+                                  const std::vector<TruthDeviation>& position, Index n) {
+  std::vector<Vector> both;
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     VelocityAndPosition d;
     d << velocity[i].position, position[i].position;
-    if (is_too_far(d.head(P.rows()), P)) return true;
+    both.emplace_back(d.head(n));
   }
-  return false;
+  return both;
 }
 
 }  // namespace
@@ -192,7 +193,7 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
     VelocityAndPosition truth;
     truth << velocity->pose.position, position->pose.position + shift;
     step.P = Matrix(row.variance.head(n).asDiagonal());
-    if (is_between_rows(gaps.at(row.time_s), position_gaps.at(row.time_s), step.P)) {
+    if (is_any_too_far(deviations_of(gaps.at(row.time_s), position_gaps.at(row.time_s), n), step.P)) {
       gaps.leave_out();
       continue;
     }

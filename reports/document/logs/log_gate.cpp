@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -20,12 +19,6 @@
 
 namespace credence::internal {
 namespace {
-
-bool names_inconsistency(const std::string& verdict) {
-  return std::ranges::any_of(
-      std::array{Verdict::optimistic, Verdict::pessimistic, Verdict::mixed, Verdict::not_gaussian},
-      [&](Verdict v) { return is_inconsistent(v) && to_string(v) == verdict; });
-}
 
 bool compared(const CheckedLogs& logs) { return logs.gate && logs.gate->compares(); }
 
@@ -50,10 +43,6 @@ std::string not_judged(const Evidence& e) {
   if (const std::int64_t rejected = e.rejected_rows(); rejected > 0)
     append_item(text, fmt::format("{} of {} rows were rejected", rejected, e.rows), "; ");
   return text;
-}
-
-bool is_too_small(const std::string& verdict) {
-  return verdict == to_string(Verdict::optimistic) || verdict == to_string(Verdict::mixed);
 }
 
 std::int64_t whole_number(const Json& in, const char* key) {
@@ -113,10 +102,9 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
   gate.baseline = baseline;
   gate.level = 1.0 - now.confidence;
   gate.verdict_before = before["verdict"].get<std::string>();
-  const bool too_small = is_too_small(std::string(to_string(now.word.verdict)));
-  gate.became_inconsistent =
-      is_inconsistent(now.word.verdict) &&
-      (!names_inconsistency(gate.verdict_before) || (too_small && !is_too_small(gate.verdict_before)));
+  const Verdict then = verdict_named(gate.verdict_before).value_or(Verdict::undecided);
+  gate.became_inconsistent = is_inconsistent(now.word.verdict) &&
+                             (!is_inconsistent(then) || (is_unsafe(now.word.verdict) && !is_unsafe(then)));
   if (gate.became_inconsistent) {
     gate.worse.push_back(
         fmt::format("it was {}, and is {}", gate.verdict_before, to_string(now.word.verdict)));
@@ -211,9 +199,7 @@ Json gate_json(const LogGate& gate) {
 }
 
 bool lost_any(const CheckedLogs& logs) {
-  const Evidence& e = logs.analysis.evidence;
-  const bool lost = e.rejected_rows() > 0 || !e.study.failures.empty();
-  return lost && (!compared(logs) || logs.gate->lost_more);
+  return !not_judged(logs.analysis.evidence).empty() && (!compared(logs) || logs.gate->lost_more);
 }
 
 bool fails(const CheckedLogs& logs) {

@@ -159,6 +159,7 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
   if (evidence.law.errors_stand() || evidence.law.stretches.stand(effective_rows))
     calibration.keep_whole_runs();
   calibration.memory = memory_in_rows(evidence);
+  context.memory = calibration.memory;
   logs.calibration = judge_calibration(calibration, context.confidence);
   context.claimed_sigma = logs.calibration.claimed_sigma;
   logs.analysis = analyse_logs(std::move(evidence), context);

@@ -154,7 +154,8 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
 }
 
 bool is_untrusted_alone(const ComparedStudy& study) {
-  return study.verdict == to_string(Verdict::optimistic) || study.verdict == to_string(Verdict::mixed);
+  const std::optional<Verdict> verdict = verdict_named(study.verdict);
+  return verdict && is_unsafe(*verdict);
 }
 
 /// Which are also when all are judged together (Holm).
@@ -286,11 +287,8 @@ const ComparedStudy* reference_of(std::span<const ComparedStudy> studies, std::s
 }
 
 CellTone verdict_tone(const std::string& verdict) {
-  for (const Verdict v : {Verdict::consistent, Verdict::optimistic, Verdict::pessimistic, Verdict::mixed,
-                          Verdict::not_gaussian, Verdict::undecided}) {
-    if (to_string(v) == verdict) return verdict_cell(v).tone;
-  }
-  return CellTone::plain;
+  const std::optional<Verdict> known = verdict_named(verdict);
+  return known ? verdict_cell(*known).tone : CellTone::plain;
 }
 
 std::vector<std::vector<FactorChange>> changes_from_first(std::span<const ComparedStudy> studies,

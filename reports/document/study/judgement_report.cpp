@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "analysis/evidence/causes/advice.h"
 #include "core/manifold/angle.h"
@@ -259,6 +260,23 @@ std::string proof_sentence(const Judgement& j) {
                      percent_text(proof.proved_within));
 }
 
+namespace {
+
+/// Of several sensors each has a factor of its own.
+std::vector<std::string> scaled_sensors(const Judgement& b) {
+  std::vector<std::string> sentences;
+  if (!b.scale_innovation.reason.empty()) return sentences;
+  for (const SensorJudgement& sensor : b.sensors) {
+    const double factor = sensor.nis.mean / sensor.nis.expected;
+    if (sensor.nis.verdict != (factor > 1.0 ? Verdict::optimistic : Verdict::pessimistic)) continue;
+    sentences.push_back(fmt::format("Scaling S of {} by {} would make its mean NIS right.", sensor.name,
+                                    number_text(factor, 3)));
+  }
+  return sentences;
+}
+
+}  // namespace
+
 std::vector<std::string> advice_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
   // What rejects alone and not beside all others is nothing to mend.
@@ -287,17 +305,10 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
                                     left.empty() ? "" : " but leave " + left));
   }
   const ScaleAdvice& of_S = b.scale_innovation;
-  const bool one_sensor = b.sensors.size() <= 1;
-  for (const SensorJudgement& sensor : b.sensors) {
-    const ConsistencyVerdict& nis = sensor.nis;
-    if (one_sensor || !is_inconsistent(nis.verdict) || !of_S.reason.empty()) continue;
-    const double factor = nis.mean / nis.expected;
-    if (nis.verdict != (factor > 1.0 ? Verdict::optimistic : Verdict::pessimistic)) continue;
-    sentences.push_back(fmt::format("Scaling S of {} by {} would make its mean NIS right.", sensor.name,
-                                    number_text(factor, 3)));
-  }
-  if (one_sensor && is_inconsistent(b.nis.verdict) && of_S.reason.empty() &&
-      (of_S.lower > 1.0 || of_S.upper < 1.0)) {
+  if (b.sensors.size() > 1) {
+    std::ranges::move(scaled_sensors(b), std::back_inserter(sentences));
+  } else if (is_inconsistent(b.nis.verdict) && of_S.reason.empty() &&
+             (of_S.lower > 1.0 || of_S.upper < 1.0)) {
     std::string sentence = fmt::format("Scaling S by {} would make the mean NIS right", factor_text(of_S));
     if (b.scale_measurement_noise.reason.empty()) {
       sentence += fmt::format(

@@ -36,8 +36,6 @@ TableCell failures_cell(const StudyStatistics& s) {
           CellTone::alarm};
 }
 
-bool is_unsafe(Verdict verdict) { return verdict == Verdict::optimistic || verdict == Verdict::mixed; }
-
 std::string factor_text(const ConsistencyVerdict& nees) {
   const MeanInterval& f = nees.factor;
   if (!f.reason.empty()) return "–";

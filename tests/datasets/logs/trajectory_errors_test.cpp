@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/datasets/logs/recorded_sink.h"
+
 namespace credence::internal {
 namespace {
 
@@ -133,6 +135,16 @@ TEST(TrajectoryErrors, ATruthThatIsSlowerThanTheEstimateIsToldWithWhatTakesAllOf
                 "one, --max-time-difference 1.1 takes what lies between two of them as well"));
   matching.truth_time = TruthTime::nearest;
   EXPECT_THAT(said(), HasSubstr("1 s apart: --max-time-difference 1.1 takes"));
+  testing::RecordedSink many, few;
+  tell_unmatched(25, 100, truth, matching, many);
+  tell_unmatched(24, 100, truth, matching, few);
+  EXPECT_EQ(many.unmatched_rows + few.unmatched_rows, 49);
+  EXPECT_THAT(many.said(),
+              HasSubstr("25 of 100 rows have no truth at their time; the rows of the truth are 1 s"));
+  EXPECT_EQ(few.said(), "");
+  matching.max_time_difference_s = 2.0;
+  tell_unmatched(25, 100, truth, matching, few);
+  EXPECT_EQ(few.said(), "") << "its rows are near enough";
 }
 
 }  // namespace

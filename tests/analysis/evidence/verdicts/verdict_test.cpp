@@ -17,7 +17,10 @@ TEST(VerdictWord, IsInconsistentWhereACovarianceIsAccused) {
     EXPECT_EQ(to_string(verdict), word);
     EXPECT_EQ(::testing::PrintToString(verdict), word);
     EXPECT_EQ(is_inconsistent(verdict), inconsistent) << word;
+    EXPECT_EQ(is_unsafe(verdict), inconsistent && verdict != Verdict::pessimistic) << word;
+    EXPECT_EQ(verdict_named(word), verdict);
   }
+  EXPECT_EQ(verdict_named("safe"), std::nullopt);
 }
 
 TEST(VerdictWord, JoinsDirections) {

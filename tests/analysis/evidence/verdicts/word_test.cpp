@@ -64,6 +64,17 @@ TEST(Word, OfSeveralSensorsTheFirstIsNamedAndTheOthersCounted) {
   EXPECT_THAT(join_verdicts(parts, 0.95).says, ::testing::Not(::testing::EndsWith("sensor")));
 }
 
+TEST(Word, ADirectionHasANameOnEachSide) {
+  const ConsistencyVerdict both = says(1e-9, 1e-9);
+  const std::vector<WordPart> parts = {
+      {.name = "the direction of a", .verdict = &both, .says_where = true, .pessimistic_name = "that of b"}};
+  const Word word = join_verdicts(parts, 0.95);
+  EXPECT_EQ(word.says,
+            "optimistic in the direction of a on average over the steps; pessimistic in that of b on average "
+            "over the steps");
+  EXPECT_EQ(word.named, (std::vector<std::string>{"the direction of a", "that of b"}));
+}
+
 TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {
   // NEES has two thirds where there is no block: 0.02 / (2/3) = 0.03; NIS one third: 0.02 · 3 = 0.06.
   EXPECT_NEAR(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).p_value, 0.03, 1e-12);

@@ -38,6 +38,13 @@ TEST(RatioOfFactors, TakesTheEndsThatFaceEachOther) {
   EXPECT_NEAR(r.ratio.lower, 2.0 * std::exp(-z * down), 1e-12);
 }
 
+// The logarithm of the product of 3 and 1/2 is that of the ratio of 3 to 2.
+TEST(RatioOfFactors, TheMiddleIsThatOfTheProduct) {
+  EXPECT_NEAR(p_value_of_middle(log_normal(3.0, 0.3), log_normal(0.5, 0.4)),
+              ratio_of_factors(log_normal(3.0, 0.3), log_normal(2.0, 0.4), 0.95).p_value, 1e-12);
+  EXPECT_NEAR(p_value_of_middle(log_normal(2.0, 0.3), log_normal(0.5, 0.4)), 1.0, 1e-12);
+}
+
 TEST(RatioOfFactors, OfEqualOnesWithoutWidthSaysNothing) {
   const FactorInterval one{1.0, 1.0, 1.0, 2.0};
   EXPECT_EQ(ratio_of_factors(one, one, 0.95).p_value, 1.0);

@@ -123,6 +123,22 @@ TEST(SecondMoments, FindAMissingCorrelation) {
   EXPECT_GE(held / 200.0, 0.95 - 5.0 * test::binomial_standard_error(0.95, kStudies));
 }
 
+// Component 2 has nine times its variance, 0 hardly any: the least p-value is of one of them, and each side
+// has its own direction.
+TEST(SecondMoments, EachSideHasItsDirection) {
+  std::mt19937_64 generator(94);
+  std::normal_distribution<double> normal;
+  const Matrix L = Vector{{0.01, 1.0, 3.0}}.asDiagonal();
+  const SecondMomentTest test = test_second_moments(draw(L, 60, 20, [&] { return normal(generator); }), 0.95);
+  const auto is_of = [](const SecondMomentDirection& d, Index component) {
+    return d.sign == 0 && d.p == component;
+  };
+  EXPECT_TRUE(is_of(test.most_optimistic, 2));
+  EXPECT_TRUE(is_of(test.most_pessimistic, 0));
+  EXPECT_GE(test.least_factor, 0.0);
+  EXPECT_LE(test.least_factor, 1e-4);
+}
+
 TEST(SecondMoments, NoTest) {
   EXPECT_EQ(test_second_moments({}, 0.95).reason, "no runs");
   SecondMoments negative;

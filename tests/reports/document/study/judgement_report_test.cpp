@@ -139,6 +139,26 @@ TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
   EXPECT_THAT(advice_sentences(judgement), IsEmpty()) << "nothing is to be mended";
 }
 
+TEST(AdviceSentences, OfSeveralSensorsEachThatIsWrongHasItsFactor) {
+  Judgement judgement;
+  judgement.word.verdict = judgement.nis.verdict = Verdict::pessimistic;
+  judgement.scale_covariance.reason = "none";
+  judgement.scale_innovation = {.factor = 0.77, .lower = 0.7, .upper = 0.8};
+  judgement.scale_measurement_noise.reason = "none";
+  ConsistencyVerdict wrong, right;
+  wrong.verdict = Verdict::pessimistic;
+  wrong.mean = 1.316;
+  wrong.expected = 2.0;
+  right.verdict = Verdict::consistent;
+  right.mean = right.expected = 1.0;
+  judgement.sensors = {{.name = "gps", .nis = wrong}, {.name = "baro", .nis = right}};
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre("Scaling S of gps by 0.658 would make its mean NIS right."));
+  judgement.sensors.pop_back();
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre("Scaling S by 0.770 (0.700 … 0.800) would make the mean NIS right."));
+}
+
 TEST(TestsTable, ATestFailsAloneUnlessHolmRejectsItToo) {
   Judgement judgement;
   judgement.confidence = 0.95;
