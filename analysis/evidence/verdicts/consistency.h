@@ -77,11 +77,11 @@ struct ConsistencyVerdict {
   StepSpan optimistic_steps, pessimistic_steps;  ///< that reject, adjusted for the number of steps
   double overall_p_value = kNaN;                 ///< of the overall test alone
   double steps_p_value = kNaN;                   ///< of the worst step, adjusted for the number of steps
-  double mean = 0.0;                             ///< over all steps and runs
-  double expected = 0.0;                         ///< dof / count
-  ChiSquareBounds bounds;                        ///< of the overall mean, as the verdict uses them
-  double dof = 0.0;                              ///< sum over steps and runs
-  std::int64_t count = 0;                        ///< values: runs summed over steps
+  double mean = 0.0;  ///< over all steps and runs; of runs of different lengths that are compared, over these
+  double expected = 0.0;   ///< dof / count
+  ChiSquareBounds bounds;  ///< of the overall mean, as the verdict uses them
+  double dof = 0.0;        ///< sum over steps and runs
+  std::int64_t count = 0;  ///< values: runs summed over steps
   std::int64_t tests = 0;  ///< made: steps tested, and the overall one where it is a further one
   std::int64_t steps_tested = 0;
   std::int64_t steps_without_data = 0;

@@ -201,12 +201,22 @@ void summarise_steps(ConsistencyVerdict& result) {
   result.steps_rejected = count_holm_rejections(result.steps, 1.0 - result.confidence);
 }
 
-/// Bounds of the mean that the interval of the factor accepts: those between which 1 lies in it.
+/// Whether runs have nearly as many steps each, so that the mean over them is that over all values.
+bool are_alike(const ConsistencyVerdict& result) {
+  constexpr double kMissing = 0.05;
+  std::int64_t most = 0;
+  for (const StepTest& step : result.steps) most = std::max(most, step.count);
+  const auto of_all = static_cast<double>(most * result.steps_tested);
+  return static_cast<double>(result.count) >= (1.0 - kMissing) * of_all;
+}
+
+/// Bounds of the mean that the interval of the factor accepts: those between which 1 lies in it. Of runs of
+/// different lengths each counts once, in the mean as in its test.
 void test_runs(const RunAverages& runs, double level, ConsistencyVerdict& result) {
   const auto least_dof = static_cast<double>(runs.least_dof);
   const MeanInterval decides = run_mean_interval(runs.moments, 1.0 - level, least_dof);
-  const double mean = result.expected * decides.mean;
-  result.bounds = {mean / decides.upper, mean / decides.lower};
+  if (!are_alike(result)) result.mean = result.expected * decides.mean;
+  result.bounds = {result.mean / decides.upper, result.mean / decides.lower};
   result.overall_p_value = run_mean_p_values(runs.moments, 1.0, least_dof).two_sided();
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <iterator>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,12 +29,14 @@ namespace {
 constexpr std::string_view kLasting = "the innovations are correlated over more steps than are looked at";
 
 /// Of a few long runs; empty where only whole ones are compared.
-StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s, double memory) {
-  const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
-  if (!all) return {};
-  StretchAverages stretches = stretch_averages(e.whole_runs.nees, memory);
+StretchAverages stretches_of(const Evidence& e, std::span<const std::vector<double>> nees, double memory) {
+  StretchAverages stretches = stretch_averages(nees, memory);
   const bool stand = stretches.averages.count > 0 && e.law.stretches.stand(stretches.effective_rows);
   return stand ? StretchAverages{} : stretches;
+}
+StretchAverages stretches_of(const Evidence& e, const StudyStatistics& s, double memory) {
+  const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
+  return all ? stretches_of(e, e.whole_runs.nees, memory) : StretchAverages{};
 }
 
 /// Of the blocks of few runs where those of the whole state are: no error stays then.
@@ -313,12 +317,38 @@ void judge_ends(const Evidence& e, Judgement& j) {
   j.accuracy = block_accuracy(e, j.confidence);
 }
 
-void judge_sensitivity(const Evidence& e, Judgement& j) {
+/// NEES without the rows of gross outliers, judged as with them where its course is known, of one dof.
+ConsistencyVerdict judge_without_outliers(const Evidence& e, double memory, double confidence) {
   const StepSeries nees = series_of(e.clean_nees, e.study.steps.size());
+  const double dof = constant_dof(e.study);
+  const std::vector<std::vector<double>>& all = e.whole_runs.nees;
+  if (std::isnan(dof) || std::ssize(all) != e.study.nees_of_runs.moments.count)
+    return judge_state(e, nees, confidence);
+  const double most = chi_square_upper_quantile(kGrossOutlier, dof) / dof;
+  std::vector<std::vector<double>> runs;
+  RunAverages averages;
+  for (const std::vector<double>& run : all) {
+    std::vector<double> kept;
+    std::ranges::copy_if(run, std::back_inserter(kept), [most](double x) { return x <= most; });
+    const auto rows = static_cast<double>(kept.size());
+    averages.add(dof * std::accumulate(kept.begin(), kept.end(), 0.0), dof * rows,
+                 e.study.nees_of_runs.least_dof);
+    if (!kept.empty()) runs.push_back(std::move(kept));
+  }
+  const auto judge = [&](const RunAverages& of_runs) { return judge_state(e, nees, confidence, &of_runs); };
+  if (runs.size() != 1) return judge_runs(averages, stretches_of(e, runs, memory).averages, judge);
+  Judgement single;
+  single.confidence = confidence;
+  single.nees = judge(averages);
+  judge_single_run(e, runs.front(), memory, single);
+  return single.nees;
+}
+
+void judge_sensitivity(const Evidence& e, double memory, Judgement& j) {
   const StepSeries nis = series_of(e.clean_nis, e.study.steps.size());
   j.sensitivity = SensitivityJudgement{.nees_outliers = e.nees_outliers,
                                        .nis_outliers = e.nis_outliers,
-                                       .nees = judge_state(e, nees, j.confidence),
+                                       .nees = judge_without_outliers(e, memory, j.confidence),
                                        .nis = judge_all_sensors(e, nis, j.confidence)};
 }
 
@@ -506,6 +536,31 @@ void leave_word_open(std::string reason, Judgement& j) {
   j.nees.reason = std::move(reason);
 }
 
+/// Steps whose NEES is too large are no evidence against P where tails are heavy, if nothing else accuses it
+/// and nothing that needs no law could have.
+void leave_heavy_open(Judgement& j) {
+  const GaussianityJudgement& g = j.law.gaussianity;
+  const double alpha = 1.0 - j.confidence;
+  if (!is_inconsistent(j.word.verdict) || j.word.of_lost_runs) return;
+  if (!g.heavy_tailed(alpha) || !std::isnan(g.moments_p_value)) return;
+  const bool on_average = j.single && j.single->time_average.p_value <= alpha;
+  const ConsistencyVerdict* of_steps = nullptr;
+  for (const JoinedVerdict& part : j.word.joined) {
+    if (!is_inconsistent(part.verdict)) continue;
+    const auto block = std::ranges::find(j.blocks, part.name, &BlockVerdict::name);
+    if (block == j.blocks.end() && part.name != "NEES") return;
+    const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
+    if (part.verdict != Verdict::optimistic || v.overall_p_value <= alpha || on_average) return;
+    of_steps = &v;
+  }
+  if (of_steps == nullptr) return;
+  leave_word_open(
+      fmt::format("single rows are too large ({}), but the errors have heavy tails, with which some are, and "
+                  "the runs are too short for tests that need no law",
+                  when_text(*of_steps, Verdict::optimistic)),
+      j);
+}
+
 /// A run that failed has no rows where the filter was worst. Where many have, the others do not speak for it.
 void leave_failed_open(const StudyStatistics& all, Judgement& j) {
   if (is_unsafe(j.word.verdict)) return;
@@ -600,7 +655,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
       settle(j.nis, correlation.known && correlation.of_sum == 1.0,
              correlation.known ? static_cast<double>(j.nis.steps_tested) / correlation.of_sum : kNaN);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
-    judge_single_run(e, memory, j);
+    judge_single_run(e, e.first_run, memory, j);
   j.lost = lost_runs_of(e, context.run_names);
   j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
@@ -609,11 +664,15 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   }
   const bool fitted = context.truth_fit != TruthFit::none;
   if (fitted) judge_fitted(context.truth_fit, j);
+  leave_heavy_open(j);
   if (!is_inconsistent(j.word.verdict) || fitted) {
     j.responsible = {};
     j.lost = {};
   }
-  if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
+  if (!j.lost.runs.empty()) {
+    j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
+    j.responsible.joint_only = false;
+  }
   j.tests = list_tests(e, j);
   if (!e.has_truth) leave_coloured_open(j);
   leave_rejected_open(e, j);
@@ -621,7 +680,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (!fitted) j.causes = find_causes(findings_of(e, j));
   if (!context.copies.empty() && (is_inconsistent(j.word.verdict) || !j.causes.empty()))
     j.causes = {{Cause::shared_noise, context.copies}};
-  if (context.sensitivity) judge_sensitivity(e, j);
+  if (context.sensitivity) judge_sensitivity(e, memory, j);
   return j;
 }
 

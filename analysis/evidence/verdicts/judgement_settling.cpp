@@ -150,8 +150,8 @@ void leave_open(const Evidence& e, Judgement& j) {
   }
 }
 
-void judge_single_run(const Evidence& e, double memory, Judgement& j) {
-  const ThinnedSeries series = thinned(e.first_run);
+void judge_single_run(const Evidence& e, std::span<const double> nees, double memory, Judgement& j) {
+  const ThinnedSeries series = thinned(nees);
   if (j.nees.verdict == Verdict::undecided || series.values.empty()) return;
   ConsistencyVerdict& v = j.nees;
   SingleRunJudgement single;
@@ -163,7 +163,7 @@ void judge_single_run(const Evidence& e, double memory, Judgement& j) {
   // About its own mean, so that it is the same for any scale of P.
   single.sample = effective_sample(series.values);
   single.sample.correlation_time *= series.rows_per_value;
-  const auto rows = static_cast<double>(e.first_run.size());
+  const auto rows = static_cast<double>(nees.size());
   if (!std::isnan(memory)) {
     single.sample.correlation_time = std::fmax(memory, 0.5 * single.sample.correlation_time);
     single.sample.size = rows / single.sample.correlation_time;

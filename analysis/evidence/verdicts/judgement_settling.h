@@ -25,8 +25,10 @@ SettlingRuns settle(const ConsistencyVerdict& verdict, bool white, double effect
 SettlingRuns settle_few(const Evidence& evidence, const StudyStatistics& statistics,
                         const SkewedMoments& stretches, const Judgement& judged);
 
-/// Adds to the verdict what the course of one run in time says; memory: memory_in_rows.
-void judge_single_run(const Evidence& evidence, double memory, Judgement& judged);
+/// Adds to the verdict what the course of one run in time says, NEES / dof of its rows; memory:
+/// memory_in_rows.
+void judge_single_run(const Evidence& evidence, std::span<const double> nees, double memory,
+                      Judgement& judged);
 
 /// Leaves one run open, whose average is not tested, and says how many like it would tell.
 void leave_open(const Evidence& evidence, Judgement& judged);

@@ -66,7 +66,7 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
 /// The p-values of those tests of tails that were made.
 std::string tails_say(const GaussianityJudgement& g) {
   const std::pair<const char*, double> made[] = {
-      {"NEES", g.nees_tail_p_value}, {"NIS", g.nis_tail_p_value}, {"NIS far out", g.far_nis_p_value}};
+      {"errors", g.nees_tail_p_value}, {"NIS", g.nis_tail_p_value}, {"NIS far out", g.far_nis_p_value}};
   std::string text;
   for (const auto& [name, p_value] : made) {
     if (!std::isnan(p_value)) append_item(text, fmt::format("{} p = {}", name, number_text(p_value, 3)));
@@ -84,7 +84,7 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
   const GaussianityJudgement& g = law.gaussianity;
   tests.push_back(reasoned_test(
       kHeavyTails, Exactness::conservative,
-      std::isnan(g.tail_p_value) ? "fewer than ten runs, and no stretches of them that are independent" : "",
+      std::isnan(g.tail_p_value) ? "fewer than ten runs, and too few rows of them that are independent" : "",
       g.tail_p_value, tails_say(g)));
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;

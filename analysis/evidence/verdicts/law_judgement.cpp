@@ -10,6 +10,7 @@
 
 #include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
+#include "analysis/laws/correlation/error_residuals.h"
 #include "analysis/laws/correlation/modulation.h"
 #include "analysis/laws/mean/equivalence.h"
 #include "analysis/laws/mean/hall_score.h"
@@ -117,13 +118,15 @@ ErrorMeanJudgement judge_error_mean(const Evidence& e) {
   return result;
 }
 
-/// Of NEES, where it is the same in all rows; else NaN.
-double constant_dof(const StudyStatistics& s) {
-  double values = 0.0, dof = 0.0;
-  for (const Moments& step : s.series(Quantity::nees)) values += static_cast<double>(step.count);
-  for (const double of_step : s.dofs(Quantity::nees)) dof += of_step;
-  const auto least = static_cast<double>(s.nees_of_runs.least_dof);
-  return dof == least * values ? least : kNaN;
+/// Of what is new in each error of few runs, whatever the scale of P; else of NEES, of runs or, where they
+/// have stretches that are independent, of pieces of them.
+double tail_p_value_of_few(const Evidence& e, double dof, bool stretches) {
+  const std::vector<Matrix>& samples = e.whole_runs.samples;
+  const std::vector<std::vector<double>> residuals = residual_nees(samples);
+  if (!residuals.empty())
+    return heavy_tail_p_value(tails_of_pieces(residuals, static_cast<double>(samples.front().rows())));
+  return stretches ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, dof))
+                   : heavy_tail_p_value(e.law.nees_tails);
 }
 
 /// Of the NIS of each sensor, whatever the scale of S.
@@ -253,9 +256,8 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
                                        const FewRuns& few_runs) {
   GaussianityJudgement g;
   const bool few = e.study.runs < kFewestRuns;
-  const bool pieces = few && few_runs.state.averages.count > 0;
-  g.nees_tail_p_value = pieces ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, constant_dof(all)))
-                               : heavy_tail_p_value(e.law.nees_tails);
+  g.nees_tail_p_value = few ? tail_p_value_of_few(e, constant_dof(all), few_runs.state.averages.count > 0)
+                            : heavy_tail_p_value(e.law.nees_tails);
   g.nis_tail_p_value = few ? nis_tail_p_value(e.sensors) : heavy_tail_p_value(e.law.nis_tails);
   SmallestPValue far;
   for (const SensorSums& sensor : e.sensors) {
@@ -343,6 +345,14 @@ NeesOverTime of_runs_over_time(const RunSums& runs, const std::vector<Index>& st
 }
 
 }  // namespace
+
+double constant_dof(const StudyStatistics& s) {
+  double values = 0.0, dof = 0.0;
+  for (const Moments& step : s.series(Quantity::nees)) values += static_cast<double>(step.count);
+  for (const double of_step : s.dofs(Quantity::nees)) dof += of_step;
+  const auto least = static_cast<double>(s.nees_of_runs.least_dof);
+  return dof == least * values ? least : kNaN;
+}
 
 std::vector<NeesOverTime> nees_over_time(const Evidence& e) {
   const RunSums& runs = e.whole_runs;

@@ -55,7 +55,7 @@ struct ErrorMeanJudgement {
 
 /// Whether the covariance is right where the law of χ² is not.
 struct GaussianityJudgement {
-  double nees_tail_p_value = kNaN;  ///< of "tails no heavier than Gaussian" (tail_weight.h)
+  double nees_tail_p_value = kNaN;  ///< of "tails no heavier than Gaussian" (tail_weight.h), of errors
   double nis_tail_p_value = kNaN;
   double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
   double tail_p_value = kNaN;     ///< of all, Bonferroni
@@ -67,11 +67,16 @@ struct GaussianityJudgement {
   /// The larger of the standard errors of mean NEES and mean NIS over the runs, each over the mean.
   double relative_error = 0.0;
 
-  /// The errors have heavy tails, clearly, nothing that needs no law speaks against P, and it would have: a
-  /// mean that a run or two decide agrees with any P.
+  /// The errors have heavy tails, clearly.
+  bool heavy_tailed(double level) const {
+    constexpr double kClearly = 0.2;
+    return tail_p_value <= kClearly * level;
+  }
+  /// And nothing that needs no law speaks against P, and it would have: a mean that a run or two decide
+  /// agrees with any P.
   bool right_but_heavy_tailed(double level) const {
-    constexpr double kClearly = 0.2, kKnown = 0.25;
-    return tail_p_value <= kClearly * level && moments_p_value > level && relative_error <= kKnown;
+    constexpr double kKnown = 0.25;
+    return heavy_tailed(level) && moments_p_value > level && relative_error <= kKnown;
   }
 };
 
@@ -108,6 +113,9 @@ struct LawJudgement {
   bool energy_of_position = false;
   std::vector<SensorPairJudgement> sensor_pairs;
 };
+
+/// The dof of NEES, where it is the same in all rows; else NaN.
+double constant_dof(const StudyStatistics& statistics);
 
 /// NIS / dof of this sensor at each step where there is one, its mean over the runs.
 std::vector<double> normalised_nis(const SensorSums& sensor);

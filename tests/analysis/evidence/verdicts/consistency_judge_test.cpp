@@ -52,6 +52,47 @@ TEST(ConsistencyJudge, OfOneStepTheSumHasTheDirection) {
   EXPECT_EQ(result.optimistic_p_value, 1.0);
 }
 
+// Thirty runs of one step, whose NEES is too large, and thirty of a hundred, whose NEES is right: the test of
+// the runs rejects, and the mean beside its bounds is that of the runs, not the one of 3,030 values.
+TEST(ConsistencyJudge, OfRunsOfDifferentLengthsTheMeanIsTheirs) {
+  RunAverages runs;
+  std::vector<Moments> steps(100);
+  for (int i = 0; i < 30; ++i) {
+    const double spread = i % 2 == 0 ? 0.1 : -0.1, high = 1.8 + spread, right = 1.0 + spread;
+    runs.add(high, 1.0, 1);
+    steps[0].add(high);
+    runs.add(100.0 * right, 100.0, 1);
+    for (Moments& step : steps) step.add(right);
+  }
+  std::vector<double> dofs(100, 30.0);
+  dofs[0] = 60.0;
+  const ConsistencyVerdict v = judge_nees(steps, dofs, 0.95, &runs);
+  EXPECT_LE(v.overall_p_value, 0.025);
+  EXPECT_NEAR(v.mean, 1.4, 1e-12);
+  EXPECT_LT(v.bounds.lower, 1.0);
+  EXPECT_GT(v.bounds.upper, 1.0);
+  EXPECT_GT(v.mean, v.bounds.upper);
+}
+
+// One row of one run is missing: the mean is that over all values.
+TEST(ConsistencyJudge, OfRunsThatAreAlikeTheMeanIsOverAllValues) {
+  RunAverages runs;
+  std::vector<Moments> steps(100);
+  double sum = 0.0;
+  for (int i = 0; i < 30; ++i) {
+    const double nees = 1.0 + 0.01 * i;
+    const std::size_t rows = i == 29 ? 99 : 100;
+    runs.add(static_cast<double>(rows) * nees, static_cast<double>(rows), 1);
+    for (std::size_t k = 0; k < rows; ++k) steps[k].add(nees);
+    sum += static_cast<double>(rows) * nees;
+  }
+  std::vector<double> dofs(100, 30.0);
+  dofs.back() = 29.0;
+  const ConsistencyVerdict v = judge_nees(steps, dofs, 0.95, &runs);
+  EXPECT_NEAR(v.mean, sum / 2999.0, 1e-12);
+  EXPECT_NEAR(v.bounds.upper * v.factor.lower / v.mean, 1.0, 0.05);
+}
+
 // A filter that diverged: the third power of its average is infinite, and there is no test of the runs.
 TEST(ConsistencyJudge, RunsTooFarOffForTheirMomentsAreJudgedByTheirSteps) {
   for (const double nees : {1e90, 1e110, 1e160, 1e300}) {
@@ -162,11 +203,11 @@ TEST(ConsistencyJudge, WholeRunsDecideInPlaceOfTheSum) {
   EXPECT_NEAR(result.pessimistic_p_value, 2.0 * p, 1e-15);
   EXPECT_NEAR(result.factor.mean, 0.5, 1e-12);
   EXPECT_FALSE(result.decided_by_steps);
-  // The mean that the runs say, 10 · 0.5, lies outside the bounds as 1 outside the interval at 0.95.
+  // The mean lies outside the bounds as 1 outside the interval at 0.95.
   const MeanInterval interval = run_mean_interval(runs.moments, 0.95, 2.0);
-  EXPECT_NEAR(result.bounds.lower, 5.0 / interval.upper, 1e-12);
-  EXPECT_NEAR(result.bounds.upper, 5.0 / interval.lower, 1e-12);
-  EXPECT_GT(result.bounds.lower, 5.0);
+  EXPECT_NEAR(result.bounds.lower, 10.5 / interval.upper, 1e-12);
+  EXPECT_NEAR(result.bounds.upper, 10.5 / interval.lower, 1e-12);
+  EXPECT_GT(result.bounds.lower, result.mean);
 }
 
 TEST(SumLaws, OfTwoDegreesOfFreedomHaveTheClosedForm) {

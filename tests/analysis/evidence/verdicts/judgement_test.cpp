@@ -721,6 +721,25 @@ TEST(Judgement, SensitivityStandsBesideTheVerdict) {
   EXPECT_EQ(a.sensitivity->nis.mean, a.nis.mean);
 }
 
+// P too large by 1.5 and one gross outlier: by the bound for every dependence NEES without it would look
+// right, and the outlier be blamed.
+TEST(Judgement, SensitivityIsByTheSameTest) {
+  const auto outlier = [](Step& row, int run) {
+    if (run == 0 && row.step == 700) row.error *= 60.0;
+  };
+  for (const auto& [runs, steps] : {std::pair{1, 2000}, {4, 800}, {30, 40}}) {
+    const Judgement none = judge(logs_of(runs, steps, 0.3, std::sqrt(1.0 / 1.5)), {.sensitivity = true}),
+                    one = judge(logs_of(runs, steps, 0.3, std::sqrt(1.0 / 1.5), outlier),
+                                {.sensitivity = true});
+    EXPECT_EQ(none.sensitivity->nees.p_value, none.nees.p_value) << runs << " runs";
+    EXPECT_EQ(none.sensitivity->nees.bounds.lower, none.nees.bounds.lower) << runs << " runs";
+    if (steps < 700) continue;
+    EXPECT_EQ(one.sensitivity->nees_outliers, 1);
+    EXPECT_EQ(one.sensitivity->nees.verdict, Verdict::pessimistic) << runs << " runs";
+    EXPECT_LE(one.sensitivity->nees.p_value, 1e-3) << runs << " runs";
+  }
+}
+
 TEST(Judgement, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependence) {
   // Two blocks with the same error: the naive χ²(2) would have half the variance.
   RunLayout layout{.states = {"a.x", "b.x"}, .angles = {false, false}};
@@ -1057,6 +1076,7 @@ TEST(Judgement, OneRunThatDivergesIsNamedAndPIsNotCalledRight) {
   EXPECT_NE(j.causes.front().why.find("that of the other 19 is"), std::string::npos) << j.causes.front().why;
   for (const CauseFound& cause : j.causes) EXPECT_NE(cause.cause, Cause::heavy_tails);
   EXPECT_FALSE(j.scale_covariance.reason.empty()) << "no factor on P mends it";
+  EXPECT_FALSE(j.responsible.joint_only) << "nor do other correlations";
 }
 
 TEST(Judgement, OneRunThatDivergesIsNotAloneWhereTheOthersAreWrongToo) {

@@ -1,0 +1,73 @@
+#include "analysis/laws/correlation/error_residuals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "analysis/laws/correlation/modulation.h"
+#include "core/linear_algebra/psd_root.h"
+
+namespace credence::internal {
+namespace {
+
+struct Residuals {
+  std::vector<double> nees;
+  Vector back;  ///< r·z of each, in coordinates in which z is white
+};
+
+/// Nothing of too few rows, and of a run that does not vary in all directions.
+Residuals residuals_of(const Matrix& z) {
+  constexpr Index kFewestRows = 130, kFewestOfState = 20;
+  const Index n = z.rows(), pairs = z.cols() - 1;
+  if (n == 0 || z.cols() < std::max(kFewestRows, kFewestOfState * n) || !z.allFinite()) return {};
+  const Matrix before = z.leftCols(pairs), after = z.rightCols(pairs);
+  const Matrix whitening = psd_whitening(before * before.transpose());
+  const Matrix past = whitening * before;  // of orthonormal rows
+  const Matrix residuals = after - (after * past.transpose()) * past;
+  const Matrix root = psd_whitening(residuals * residuals.transpose() / static_cast<double>(pairs));
+  if (root.rows() < n) return {};
+  const Vector nees = (root * residuals).colwise().squaredNorm() / static_cast<double>(n);
+  return {.nees = {nees.begin(), nees.end()},
+          .back = (whitening * residuals).cwiseProduct(past).colwise().sum()};
+}
+
+/// Sums of those residuals that are larger than most of their run.
+struct LargeResiduals {
+  double back = 0.0, squares = 0.0;
+
+  void add(const Residuals& run) {
+    constexpr std::size_t kShare = 10;
+    std::vector<double> sizes = run.nees;
+    const auto least = sizes.end() - static_cast<std::ptrdiff_t>(sizes.size() / kShare);
+    std::ranges::nth_element(sizes, least);
+    for (std::size_t k = 0; k < run.nees.size(); ++k) {
+      if (run.nees[k] < *least) continue;
+      const double r_z = run.back[static_cast<Index>(k)];
+      back += r_z;
+      squares += r_z * r_z;
+    }
+  }
+  bool points_back() const {
+    constexpr double kNormalQuantile = -1.64;  // of 5 %
+    return back < kNormalQuantile * std::sqrt(squares);
+  }
+};
+
+}  // namespace
+
+std::vector<std::vector<double>> residual_nees(std::span<const Matrix> runs) {
+  constexpr double kMoves = 0.05;
+  std::vector<std::vector<double>> all;
+  LargeResiduals large;
+  for (const Matrix& z : runs) {
+    Residuals run = residuals_of(z);
+    if (run.nees.empty() || modulation(run.nees).p_value <= kMoves / static_cast<double>(runs.size()))
+      return {};
+    large.add(run);
+    all.push_back(std::move(run.nees));
+  }
+  if (large.points_back()) all.clear();
+  return all;
+}
+
+}  // namespace credence::internal
