@@ -400,12 +400,13 @@ PYBIND11_MODULE(_credence, m) {
   m.attr("version") = std::string(version());
   m.attr("commit") = std::string(commit());
   m.def("check_logs", [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
-                         const std::string& align,
+                         const std::string& align, const std::string& truth_time,
                          const std::optional<std::variant<double, std::string>>& time_offset,
                          const std::vector<double>& lever_arm, const PythonProgress& progress) {
     TrajectoryMatching& matching = options.reading.matching;
     if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
     matching.alignment = truth_alignment_named(align);
+    matching.truth_time = truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
     matching.lever_arm = lever_arm_of(lever_arm);
     if (time_offset) {
       if (const auto* word = std::get_if<std::string>(&*time_offset)) {

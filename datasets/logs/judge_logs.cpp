@@ -1,13 +1,18 @@
 #include "datasets/logs/judge_logs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <condition_variable>
 #include <exception>
 #include <iterator>
 #include <mutex>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "analysis/evidence/sums/run_innovations.h"
 #include "analysis/laws/shape/coverage.h"
@@ -26,6 +31,47 @@ namespace {
 
 constexpr std::size_t kGroupFiles = static_cast<std::size_t>(kChunkRuns);
 
+/// The states of a file, but those of landmarks, of which each run may see others; in order.
+struct FileStates {
+  std::filesystem::path file;
+  std::vector<std::string> names;
+};
+
+std::vector<std::string> states_of_every_run(const RunLayout& layout) {
+  std::vector<bool> is_landmark(layout.states.size(), false);
+  for (const Block& block : layout.blocks) {
+    if (block.part != Part::landmark && block.part != Part::map) continue;
+    for (const Index i : block.states) is_landmark[static_cast<std::size_t>(i)] = true;
+  }
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < layout.states.size(); ++i) {
+    if (!is_landmark[i]) names.push_back(layout.states[i]);
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+/// "vx, vy and 3 more"
+std::string some_of(std::span<const std::string> names) {
+  constexpr std::size_t kTold = 3;
+  std::string text = fmt::format("{}", fmt::join(names.first(std::min(kTold, names.size())), ", "));
+  if (names.size() > kTold) text += fmt::format(" and {} more", names.size() - kTold);
+  return text;
+}
+
+/// What tells that one file has other states than another.
+std::string unlike_sentence(const FileStates& one, const FileStates& other) {
+  std::vector<std::string> has, lacks;
+  std::ranges::set_difference(other.names, one.names, std::back_inserter(has));
+  std::ranges::set_difference(one.names, other.names, std::back_inserter(lacks));
+  std::string differs = has.empty() ? "" : "has " + some_of(has);
+  if (!lacks.empty()) differs += (has.empty() ? "lacks " : " and lacks ") + some_of(lacks);
+  return fmt::format(
+      "{} {}, compared with {}: files of one filter have the same states, and each state is judged by those "
+      "that have it.",
+      other.file.string(), differs, one.file.string());
+}
+
 /// The sums of one group of files, in chunks of kChunkRuns runs, or why there are none (Stopped among them).
 struct Group {
   std::vector<Evidence> chunks;
@@ -36,6 +82,7 @@ struct Group {
   JudgedStates judged;
   StepTimes times;
   RunFingerprints fingerprints;
+  std::vector<FileStates> states;  ///< of the first file, and of each with others than the one before
   std::int64_t unmatched = 0, unexplained = 0;
   TruthFit truth_fit = TruthFit::none;
   std::size_t files = 0;  ///< that were begun
@@ -141,6 +188,9 @@ class GroupSink final : public LogSink {
     if (layout != layout_) {
       layout_ = layout;
       places_ = {};
+      std::vector<std::string> names = states_of_every_run(layout);
+      if (group_.states.empty() || group_.states.back().names != names)
+        group_.states.push_back({file_, std::move(names)});
     }
     calibrated_ = CalibrationRecorder::takes(layout);
     const double number = number_.next();
@@ -324,6 +374,8 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   ByteCount bytes(options);
   LogJudgeResult result;
   RunFingerprints fingerprints;
+  std::optional<FileStates> states;  // of the first file
+  bool alike = true;
   std::mutex mutex;
   std::condition_variable turn;
   std::int64_t merged = 0;       // groups
@@ -350,6 +402,12 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     result.times.merge(group.times);
     result.judged.merge(group.judged);
     fingerprints.append(std::move(group.fingerprints));
+    for (FileStates& of_file : group.states) {
+      if (!states) states = of_file;
+      if (!alike || of_file.names == states->names) continue;
+      alike = false;
+      result.remarks.push_back({of_file.file, unlike_sentence(*states, of_file)});
+    }
     result.unmatched_rows += group.unmatched;
     result.truth_fit = std::max(result.truth_fit, group.truth_fit);
     unexplained += group.unexplained;

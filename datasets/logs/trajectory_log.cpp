@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "datasets/data_error.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/conventions/pose_error.h"
 #include "datasets/logs/number_field.h"
@@ -133,16 +136,29 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
 }
 
-LogContents list_trajectory(const std::filesystem::path& file, TrajectoryFormat format) {
-  const Trajectory t = read_estimate(file, format, {});
+LogContents contents_of(const Trajectory& t, std::string type, bool is_truth) {
   const auto count = std::ssize(t.time_s);
-  return {.topics = {{.name = "poses",
-                      .type = std::string(name_of(format)),
+  return {.topics = {{.name = t.has_orientation ? "poses" : "positions",
+                      .type = std::move(type),
                       .count = count,
                       .rate_hz = message_rate(count, t.time_s.front(), t.time_s.back()),
-                      .use = "estimate",
-                      .covariance = true}},
-          .remark = "The truth is to be named by --truth."};
+                      .use = is_truth ? "truth" : "estimate",
+                      .covariance = !t.covariances.empty()}},
+          .remark = is_truth ? "It is no log, but a truth, which is to be named by --truth."
+                             : "The truth is to be named by --truth."};
+}
+
+LogContents list_trajectory(const std::filesystem::path& file, TrajectoryFormat format) {
+  std::string type(name_of(format));
+  try {
+    return contents_of(read_estimate(file, format, {}), type, false);
+  } catch (const DataError&) {
+    try {
+      return contents_of(read_truth(file), type, true);
+    } catch (const DataError&) {
+    }
+    throw;  // of the estimate that it is not
+  }
 }
 
 LogFormat format_of(TrajectoryFormat format, std::string_view title, std::string_view extensions,

@@ -30,6 +30,7 @@ def check_logs(
     instance: Optional[int] = None,
     chart: str = "",
     align: str = "none",
+    truth_time: str = "interpolated",
     max_time_difference: float = 0.02,
     time_offset: Union[float, str, None] = None,
     lever_arm: Sequence[float] = (),
@@ -49,6 +50,7 @@ def check_logs(
     instance: of several estimators in one flight log, the one to judge.
     chart: how a library writes the covariance of a pose; "" is what the format means by itself.
     align: moves the truth onto the estimate first: "none", "se2", "yaw" or "se3".
+    truth_time: which truth belongs to an estimate: "interpolated" or "nearest".
     max_time_difference: how far the truth used may be from an estimate, s.
     time_offset: what the times of the truth are ahead, s, or "estimate" (one of all logs) or "each" (one of each); of
         logs of poses.
@@ -67,6 +69,8 @@ def check_logs(
     require_text(name, "name")
     if isinstance(time_offset, str) and time_offset not in ("estimate", "each"):
         raise ValueError(f"time_offset = {time_offset!r}: expected seconds, 'estimate' or 'each'")
+    if truth_time not in ("interpolated", "nearest"):
+        raise ValueError(f"truth_time = {truth_time!r}: expected 'interpolated' or 'nearest'")
     files = _paths(logs)
     if not files:
         raise ValueError("logs is empty: expected files, or folders of them")
@@ -84,4 +88,8 @@ def check_logs(
         sensitivity,
         threads,
     )
-    return Result(_credence.check_logs(files, options, chart, align, time_offset, [float(x) for x in lever_arm], progress))
+    return Result(
+        _credence.check_logs(
+            files, options, chart, align, truth_time, time_offset, [float(x) for x in lever_arm], progress
+        )
+    )

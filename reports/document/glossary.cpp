@@ -60,6 +60,12 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "a Kalman filter that replaces curved models by tangents at its estimate",
      "The tangents are taken at wrong places, so its covariance tends to become too small: in SLAM it claims "
      "to know the heading of the whole map."},
+    {"energy score", "", "how far estimates that P makes likely lie from the truth",
+     "The mean distance from the truth, less half of that between two of them; smaller is better, and it is "
+     "in "
+     "the unit of the state. It rewards small errors and an honest covariance, and a single row far out "
+     "costs "
+     "less than in the log score."},
     {"exchangeable", "exchangeability", "that the order of the runs says nothing",
      "Runs of one vehicle, one place and one setting are; a run in other weather, with another sensor or on "
      "a faster vehicle is not, and what was learnt from the first need not hold for it."},
@@ -143,7 +149,8 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "stretches many correlation times long, whose means serve as independent values."},
     {"undecided", "", "the data are too few for a verdict",
      "The report says how many runs would do. It is no accusation and no acquittal."},
-    {"whiteness", "white", "no correlation of the innovation with its own past",
+    {"whiteness", "white|portmanteau|portmanteau test|Ljung-Box",
+     "no correlation of the innovation with its own past",
      "A correlated innovation means that the filter leaves information unused: a wrong Q or R, a missing "
      "state, or one measurement used twice."},
     {"cross-covariances", "cross-covariance|correlation of the whitened errors",
@@ -181,6 +188,19 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"Anderson-Darling", "Kolmogorov-Smirnov|chi-square law|chi-square|χ²",
      "tests that compare all values with a law, not only their mean",
      "Kolmogorov-Smirnov looks at the body of the law, Anderson-Darling at its tails."},
+    {"power", "", "how often a test finds a mistake of a certain size",
+     "A verdict of consistent says no more than its power: “these runs would have revealed P too small by 25 "
+     "%” means in nine of ten studies like this one.",
+     true},
+    {"baseline", "baselines|worse", "the result of an earlier check that a new one is compared with",
+     "check --baseline fails where the verdict has become worse, or a factor on P is farther from 1 than it "
+     "was by more than chance.",
+     true},
+    {"rejected", "rejected rows|unmatched|unmatched rows", "of a row of a log: left out, and counted",
+     "A P that is none, a number that is missing or not finite, or a row without a truth that is near "
+     "enough. "
+     "Where more than one in twenty is, the others do not speak for the filter.",
+     true},
     {"stands", "together|stand", "of a sweep: inconsistent also when all configurations are judged together",
      "Of many configurations some look inconsistent by chance. Of those that stand, at most 5 % are expected "
      "to be false (Benjamini and Yekutieli).",
@@ -218,7 +238,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "errors 68 % lie within one, 95 % within two.",
      true},
     {"mean", "means|average", "the sum over all values by their number",
-     "Over runs and steps, unless it is of one step or of each run.", true},
+     "Over runs and steps, unless it is of one step or of each run. Of runs of different lengths each counts "
+     "once.",
+     true},
     {"test", "tests|says|measured", "a question to the data whose rate of false alarms is known",
      "What it measured stands beside its p-value; “adjusted” counts how many tests were made.", true},
     {"factor on S", "scale of S", "what the innovation covariance would have to be multiplied by",

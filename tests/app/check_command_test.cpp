@@ -379,6 +379,21 @@ TEST_F(CheckCommand, ListsWhatIsInALogWithoutJudgingIt) {
   EXPECT_EQ(log["topics"][0]["messages"], 2);
   EXPECT_EQ(log["topics"][1]["messages"], 1);
   EXPECT_EQ(log["topics"][1]["use"], "innovations");
+  EXPECT_NE(f.out.find("\n1 run."), std::string::npos) << f.out;
+}
+
+TEST_F(CheckCommand, ListsATrajectoryWithoutACovarianceAsATruth) {
+  write("truth.tum", "0 1 0 0 0 0 0 1\n0.5 1 0 0 0 0 0 1\n");
+  const Finished f = run({"check", "--list", "truth.tum"});
+  EXPECT_EQ(f.code, 0) << f.err;
+  EXPECT_NE(f.out.find("It is no log, but a truth, which is to be named by --truth."), std::string::npos)
+      << f.out;
+  const Json topic = json({"check", "--list", "truth.tum", "--format", "json"})["logs"][0]["topics"][0];
+  EXPECT_EQ(topic["use"], "truth");
+  EXPECT_EQ(topic["covariance"], false);
+  EXPECT_EQ(topic["messages"], 2);
+  write("broken.tum", "0 1 0 0 0 0 0 1\n0.5 1 0 0 0 0 0\n");
+  EXPECT_EQ(run({"check", "--list", "broken.tum"}).code, 2);
 }
 
 TEST_F(CheckCommand, OfACutFileThePartBeforeIsJudgedIfAsked) {

@@ -66,6 +66,19 @@ def test_remarks_name_arguments_and_a_lever_arm_is_taken(tmp_path):
         credence.check_logs(estimate, truth=truth, lever_arm=[0.5, 0])
 
 
+def test_the_truth_is_between_its_rows_or_the_nearest(tmp_path):
+    unit = " ".join("0.01" if i == j else "0" for i in range(6) for j in range(i, 6))
+    estimate, truth = tmp_path / "e.tum", tmp_path / "t.txt"
+    estimate.write_text("".join(f"{k} 0.1 {k} 0 0 0 0 1 {unit}\n" for k in range(1, 31)))
+    truth.write_text("".join(f"{k + 0.01} 0 {k + 0.01} 0 0 0 0 1\n" for k in range(31)))
+    between = credence.check_logs(estimate, truth=truth, max_time_difference=1.1)
+    np.testing.assert_allclose(between.mean_nees, np.ones(30), rtol=1e-9)  # 0.1²/0.01
+    nearest = credence.check_logs(estimate, truth=truth, truth_time="nearest", max_time_difference=0.015)
+    np.testing.assert_allclose(nearest.mean_nees, np.full(30, 1.01), rtol=1e-9)  # and 0.01²/0.01
+    with pytest.raises(ValueError, match="truth_time = 'soon': expected 'interpolated' or 'nearest'"):
+        credence.check_logs(estimate, truth=truth, truth_time="soon")
+
+
 def test_no_message_holds_what_a_terminal_obeys(tmp_path):
     file = tmp_path / "a\x1b[31m.csv"
     file.write_text("step,estimate.x\x1b]0;t\x07,truth.x,P.1.1\n")

@@ -166,6 +166,8 @@ void add_poses(double spacing_s, const TruthLookup& truth_at, MistakeList& list)
              always([pose](PoseSample& s) { (s.*pose).orientation = (s.*pose).orientation.conjugate(); }));
     list.add(fmt::format("the poses of the {} are inverted, the world in the body", body.name),
              "their inverses", always([pose](PoseSample& s) { s.*pose = inverse(s.*pose); }));
+    list.add(fmt::format("the positions of the {} are in millimetres", body.name), "metres",
+             always([pose](PoseSample& s) { (s.*pose).position *= 1e-3; }));
   }
   for (const double samples : {1.0, -1.0}) {
     const double shift_s = samples * spacing_s;

@@ -126,7 +126,8 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
     if (std::isfinite(c.with_factor.mean)) {
       text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {} times n",
                           c.units, factor_text(c.with_factor));
-      if (!c.parts.empty()) text += fmt::format("; scaled part by part {}", factor_text(c.with_part_factors));
+      const bool by_parts = !c.parts.empty() && std::isfinite(c.with_part_factors.mean);
+      if (by_parts) text += fmt::format("; scaled part by part {}", factor_text(c.with_part_factors));
     }
     sentences.push_back(text + ".");
   }

@@ -131,6 +131,28 @@ TEST(JudgeLogs, OfFilesWithOtherStatesThoseWithMostAreCalibrated) {
   }
 }
 
+TEST(JudgeLogs, FilesWithOtherStatesAreToldOfOnce) {
+  const auto remarks_of = [](const Files& files) {
+    std::vector<std::string> sentences;
+    for (const LogRemark& remark : judge_files(files).remarks) sentences.push_back(remark.sentence);
+    return sentences;
+  };
+  const std::vector<std::string> reordered = {"bias", "pose.y", "pose.x"};
+  EXPECT_TRUE(remarks_of({{"1", {kThree}}, {"2", {reordered}}}).empty());
+  EXPECT_TRUE(
+      remarks_of({{"1", {{"vehicle.x", "landmark1.x"}}}, {"2", {{"vehicle.x", "landmark2.x"}}}}).empty());
+  const std::vector<std::string> told =
+      remarks_of({{"1", {kThree}}, {"2", {kThree}}, {"3", {kOthers}}, {"4", {kTwo}}});
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0],
+            "3 has clock and lacks bias, compared with 1: files of one filter have the same states, and each "
+            "state is judged by those that have it.");
+  EXPECT_EQ(remarks_of({{"1", {kThree}}, {"2", {kTwo}}}).at(0).substr(0, 36),
+            "2 lacks pose.y, compared with 1: fil");
+  EXPECT_EQ(remarks_of({{"1", {kTwo}}, {"2", {{"pose.x", "bias", "a", "b", "c", "d"}}}}).at(0).substr(0, 29),
+            "2 has a, b, c and 1 more, com");
+}
+
 TEST(JudgeLogs, OfAsManyOtherStatesTheFirstAreCalibrated) {
   const LogJudgeResult result = judge_files({{"1", {kThree}}, {"2", {kOthers}}});
   EXPECT_EQ(result.calibration.layout.states, kThree);

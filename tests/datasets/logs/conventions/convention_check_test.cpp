@@ -155,6 +155,9 @@ std::vector<Mistake> mistakes() {
   const auto inverted = [](const SpatialPose& pose) {
     return SpatialPose{pose.orientation.conjugate() * -pose.position, pose.orientation.conjugate()};
   };
+  const auto in_millimetres = [](const SpatialPose& pose) {
+    return SpatialPose{1e3 * pose.position, pose.orientation};
+  };
   const auto late = [](double samples) {
     return [samples](PoseLog& log) {
       for (double& t : log.estimate.time_s) t += samples * kSpacing;
@@ -183,6 +186,10 @@ std::vector<Mistake> mistakes() {
        "quaternions of the truth are transposed"},
       {"inverted poses of the estimate", "ros", on_poses(&PoseLog::estimate, inverted),
        "poses of the estimate are inverted"},
+      {"truth in millimetres", "ros", on_poses(&PoseLog::truth, in_millimetres),
+       "positions of the truth are in millimetres"},
+      {"estimate in millimetres", "ros", on_poses(&PoseLog::estimate, in_millimetres),
+       "positions of the estimate are in millimetres"},
       {"right for left error", "body", {}, "chart body"},
       {"left for right error", "ros", {}, "chart ros", "body"},
       {"roll, pitch and yaw", "rpy", {}, "chart rpy"},

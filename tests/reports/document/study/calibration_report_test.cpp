@@ -66,6 +66,11 @@ TEST(CalibrationSentences, WhatWasLeftOutIsToldWhereItHasAMean) {
   calibration.whole = {.name = "state", .factor = {.mean = 1.0, .lower = 0.9, .upper = 1.1, .count = 20}};
   calibration.with_factor = calibration.whole.factor;
   EXPECT_THAT(calibration_sentences(calibration)[0], HasSubstr("On runs left out"));
+  calibration.parts = {calibration.whole, calibration.whole};
+  calibration.with_part_factors = calibration.whole.factor;
+  EXPECT_THAT(calibration_sentences(calibration)[0], HasSubstr("; scaled part by part 1.00"));
+  calibration.with_part_factors.mean = kNaN;
+  EXPECT_THAT(calibration_sentences(calibration)[0], ::testing::Not(HasSubstr("part by part")));
   calibration.with_factor.mean = kNaN;
   EXPECT_THAT(calibration_sentences(calibration)[0], ::testing::Not(HasSubstr("On runs left out")));
 }
