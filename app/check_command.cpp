@@ -165,6 +165,8 @@ int check(const CheckArguments& options, std::optional<StandardInputFile>& input
           : text_of_file(options.baseline,
                          fmt::format("--baseline {}: there is no such file", options.baseline));
   CheckedLogs logs = judge(options, files);
+  if (std::string left_out = files_left_out(options.logs); !left_out.empty())
+    logs.remarks.push_back(std::move(left_out));
   input.reset();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (logs.analysis.evidence.rows == 0 && !logs.analysis.complete) return interrupted_early();

@@ -231,6 +231,11 @@ RiccatiSolution solve_marginal_riccati(const RiccatiProblem& problem, const Matr
   }
   solution.stays_bounded = true;
   accept_limit(problem, P0, part, modes, growth, solution);
+  // Rounding mixes what grows with what is reached, and a P that moves so much and does not oscillate may
+  // grow.
+  constexpr double kStill = 1e-3;
+  if (solution.kind == RiccatiKind::undecided && !(solution.residual <= kStill))
+    solution.stays_bounded = false;
   return solution;
 }
 

@@ -108,7 +108,10 @@ Maximum profile_score(const ScoreModel& model, Vector start, const SearchBox& bo
                       const Vector& scale, Index coordinate, double value) {
   start[coordinate] = value;
   free[static_cast<std::size_t>(coordinate)] = false;
-  return maximise(model, start, box, free, scale);
+  if (!model.has_gradient()) return maximise(model, start, box, free, scale);
+  // A search that ends early would end the limits as well.
+  ScoreEstimate there = estimate_score(model, start, box, free, scale);
+  return {.phi = std::move(there.phi), .value = there.value, .ok = there.ok};
 }
 
 ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estimate, const SearchBox& box,
@@ -126,10 +129,15 @@ ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estim
     Vector others = estimate.phi;
     /// Negative within the limits; of a parabola a straight line.
     const auto excess = [&](double value) {
-      const Maximum there = profile_score(model, others, box, free, scale, coordinate, value);
+      Maximum there = profile_score(model, others, box, free, scale, coordinate, value);
+      const auto drops = [&] { return std::sqrt(std::max(0.0, estimate.value - there.value) / drop) - 1.0; };
+      if (!there.ok || drops() > 0.0) {
+        Maximum again = profile_score(model, estimate.phi, box, free, scale, coordinate, value);
+        if (again.ok && (!there.ok || again.value > there.value)) there = std::move(again);
+      }
       if (!there.ok) return kNoScore;
       others = there.phi;
-      return std::sqrt(std::max(0.0, estimate.value - there.value) / drop) - 1.0;
+      return drops();
     };
     double inside = top, within = -1.0, outside = top, beyond = -1.0, step = 1.1 * reach;
     while (beyond < 0.0) {

@@ -37,7 +37,9 @@ class Tuner {
     before_ = model.scores(start, false);
     if (!before_.ok) {
       throw std::invalid_argument(
-          "the present filter has no scores: no innovations, or an S that is not positive definite");
+          "the present filter has no scores: no innovations, an S that is not positive definite, or a run "
+          "that "
+          "fails");
     }
     tuning_.steps = before_.steps;
     tuning_.units = model.units();
@@ -363,6 +365,11 @@ class Tuner {
     if (!tuning_.anything_known()) {
       notes.emplace_back("Nothing that was asked for can be told from these data: no value is given.");
       return;
+    }
+    if (!std::ranges::all_of(free_, std::identity())) {
+      notes.emplace_back(
+          "Values and intervals are those with what is held as it is: where that is wrong they need not hold "
+          "the truth.");
     }
     for (Index i = 0; i < tuning_.correlation.rows(); ++i) {
       for (Index j = 0; j < i; ++j) {

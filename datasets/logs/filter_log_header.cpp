@@ -20,9 +20,10 @@ namespace {
 
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
-    "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME, P.i.j, innovation.i, S.i.j, R.i.j, "
-    "nis.DIM, nonlinear, inflated, with numbers to 2000 (docs/formats.md); a file with columns of other "
-    "names: docs/recipes.md";
+    "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME (NAME:angle of an angle), P.i.j, "
+    "innovation.i, S.i.j, R.i.j, nis.DIM (innovation.SENSOR.i, … of several sensors), nonlinear, inflated, "
+    "with "
+    "numbers to 2000 (docs/formats.md); a file with columns of other names: docs/recipes.md";
 
 std::invalid_argument error_beside(std::string_view state) {
   return std::invalid_argument(fmt::format(
@@ -164,6 +165,17 @@ class HeaderParser {
   void require_known() const {
     constexpr std::size_t kShown = 12;
     if (unknown_.empty()) return;
+    const auto is_number = [](const std::string& name) {
+      return parse_finite(std::string_view(name).substr(1, name.size() - 2)).has_value();
+    };
+    if (std::ranges::all_of(unknown_, is_number))
+      throw std::invalid_argument(
+          fmt::format("there is no header: its first line is numbers; {}", kAccepted));
+    if (std::ranges::find(unknown_, "''") != unknown_.end()) {
+      throw std::invalid_argument(
+          "a column has no name: is it the index of pandas, which to_csv(FILE, index=False) leaves out, or a "
+          "comma at the end of the line?");
+    }
     const std::size_t shown = std::min(unknown_.size(), kShown);
     throw std::invalid_argument(fmt::format(
         "unknown column{} {}{}: {}", unknown_.size() == 1 ? "" : "s",
@@ -368,7 +380,8 @@ void require_commas(std::string_view line) {
         "'estimate.x,truth.x,P.1.1', or NumPy arrays (docs/formats.md)");
   }
   if (line.find(',') != std::string_view::npos) return;
-  for (const auto& [separator, shown] : {std::pair(';', "';'"), std::pair('\t', "tabs")}) {
+  for (const auto& [separator, shown] :
+       {std::pair(';', "';'"), std::pair('\t', "tabs"), std::pair(' ', "blanks")}) {
     if (line.find(separator) == std::string_view::npos) continue;
     throw std::invalid_argument(fmt::format(
         "the fields seem to be separated by {} where ',' is expected (and '.' in numbers)", shown));

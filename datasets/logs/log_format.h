@@ -79,8 +79,12 @@ const LogFormat& log_format_named(std::string_view name);
 /// accepted, and as log_format_named.
 const LogFormat& log_format_of(const std::filesystem::path& file, std::string_view name = "auto");
 
-/// The files that arguments mean: a file itself, of a folder those with the extension of a format (in the
-/// order of their names). Throws DataError for a folder without any, and for a file that is there twice.
+/// The files that arguments mean: a file itself, of a folder those with the extension of a format, in
+/// capitals or not (in the order of their names). Throws DataError for a folder without any, and for a file
+/// that is there twice.
 std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments);
+
+/// What the folders among them hold besides, in a sentence; empty: nothing.
+std::string files_left_out(std::span<const std::string> arguments);
 
 }  // namespace credence::internal

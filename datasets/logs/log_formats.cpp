@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <set>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "core/append_item.h"
 #include "datasets/data_error.h"
@@ -14,6 +17,7 @@
 #include "datasets/logs/filter_log.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/log_format.h"
+#include "datasets/logs/number_field.h"
 #include "datasets/logs/ros/ros_log.h"
 #include "datasets/logs/rtklib.h"
 #include "datasets/logs/trajectory_log.h"
@@ -22,6 +26,7 @@ namespace credence::internal {
 namespace {
 
 constexpr std::size_t kBeginning = 4096;
+constexpr std::size_t kPoseFields = 8;  ///< fields of a pose at a time
 
 std::string names_of_formats() {
   std::string names;
@@ -42,8 +47,29 @@ void refuse_hdf5(const std::filesystem::path& file, std::string_view beginning) 
       "np.savez('runs.npz', **{k: v[()] for k, v in h5py.File('FILE').items()})\"");
 }
 
+/// Formats near to one that is read, with what would make it one; empty of all others.
+std::string_view near_miss(std::string_view beginning) {
+  if (beginning.starts_with("\x1f\x8b")) return "it is compressed by gzip: zcat FILE | credence check -";
+  if (beginning.starts_with("\x93NUMPY"))
+    return "it is a single array of NumPy: np.savez('runs.npz', error=…, P=…) names several in one file "
+           "(docs/logs.md)";
+  const std::string_view line = beginning.substr(0, beginning.find_first_of("\r\n"));
+  const std::size_t fields = words_between(" \t", line).size();
+  constexpr std::size_t kTum = 29, kAllOfP = 44;
+  if (fields == kAllOfP || (fields > kPoseFields && fields < kTum)) {
+    return fields == kAllOfP
+               ? "of a TUM trajectory the covariance is its upper triangle by rows, 21 numbers; all 36 are "
+                 "taken of a CSV of poses (docs/formats.md)"
+               : "a TUM trajectory has 29 fields: t x y z qx qy qz qw and the upper triangle of the 6×6 "
+                 "covariance by rows";
+  }
+  return "";
+}
+
 bool has_extension(const std::filesystem::path& file) {
-  const std::string extension = file.extension().string();
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return !extension.empty() && std::ranges::any_of(log_formats(), [&](const LogFormat& format) {
     return fmt::format(" {} ", format.extensions).find(" " + extension + " ") != std::string::npos;
   });
@@ -80,7 +106,41 @@ const LogFormat& log_format_of(const std::filesystem::path& file, std::string_vi
   for (const LogFormat& format : log_formats()) {
     if (format.recognises(beginning, file)) return format;
   }
-  throw DataError(file, "", fmt::format("is of no known format; accepted are {}", names_of_formats()));
+  const std::string_view near = near_miss(beginning);
+  throw DataError(file, "",
+                  fmt::format("is of no known format; {}accepted are {}",
+                              near.empty() ? "" : fmt::format("{}; ", near), names_of_formats()));
+}
+
+namespace {
+
+/// What a folder holds that is no log by its name, hidden files left out: "r04.txt, sub/ and 2 more".
+std::string others_in(const std::filesystem::path& folder) {
+  constexpr std::size_t kTold = 3;
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') || (!entry.is_directory() && has_extension(entry.path()))) continue;
+    names.push_back(name + (entry.is_directory() ? "/" : ""));
+  }
+  std::ranges::sort(names);
+  std::string text;
+  for (const std::string& name : std::span(names).first(std::min(kTold, names.size())))
+    append_item(text, name);
+  return names.size() > kTold ? fmt::format("{} and {} more", text, names.size() - kTold) : text;
+}
+
+}  // namespace
+
+std::string files_left_out(std::span<const std::string> arguments) {
+  std::string text;
+  for (const std::string& argument : arguments) {
+    if (!std::filesystem::is_directory(argument)) continue;
+    const std::string others = others_in(argument);
+    if (!others.empty()) append_item(text, fmt::format("of {} {}", argument, others), "; ");
+  }
+  if (!text.empty()) text = fmt::format("Left out, as their names do not end as those of logs do: {}.", text);
+  return text;
 }
 
 std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments) {
@@ -93,15 +153,17 @@ std::vector<std::filesystem::path> log_files(std::span<const std::string> argume
     }
     std::vector<std::filesystem::path> inside;
     for (const auto& entry : std::filesystem::directory_iterator(argument)) {
-      if (has_extension(entry.path())) inside.push_back(entry.path());
+      if (!entry.is_directory() && has_extension(entry.path())) inside.push_back(entry.path());
     }
     if (inside.empty()) {
       std::string extensions;
       for (const LogFormat& format : log_formats()) {
         if (!format.extensions.empty()) extensions += fmt::format(" {}", format.extensions);
       }
+      const std::string others = others_in(argument);
       throw DataError(argument, "",
-                      fmt::format("the folder holds no logs: no file with one of{}", extensions));
+                      fmt::format("the folder holds no logs: no file with one of{}{}", extensions,
+                                  others.empty() ? "" : "; it holds " + others));
     }
     std::ranges::sort(inside);
     files.insert(files.end(), inside.begin(), inside.end());

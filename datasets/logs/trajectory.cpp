@@ -29,10 +29,11 @@ class PoseRows {
     fields_ = columns_.commas ? comma_fields(line) : words_between(" \t", line);
     if (fields_.size() < columns_.fewest || fields_.size() > columns_.most) {
       if (has_covariance() && fields_.size() == kWithoutCovariance) {
-        lines_.fail(
-            fmt::format("{} fields where {} are expected: poses without a covariance, as a truth has "
-                        "them; are the log and --truth swapped?",
-                        fields_.size(), columns_.fewest));
+        lines_.fail(fmt::format(
+            "{} fields where {} are expected: poses without a covariance, as a truth has them; are "
+            "the log and --truth swapped, or several truths behind one --truth, which is given "
+            "once for each?",
+            fields_.size(), columns_.fewest));
       }
       lines_.fail(
           columns_.fewest == columns_.most

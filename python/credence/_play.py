@@ -293,7 +293,10 @@ class _Play:
 
 
 def _joined(parts: "list[Chunk]") -> Chunk:
-    sensors = max((part.innovations for part in parts), key=len)
+    sensors: dict[str, Any] = {}
+    for part in parts:  # a sensor that only some runs show is missing in the others
+        for sensor, pair in part.innovations.items():
+            sensors.setdefault(sensor, pair)
     innovations = {}
     for sensor, (nu, S) in sensors.items():
         def of(part: Chunk, which: int, like: np.ndarray, sensor: str = sensor) -> np.ndarray:

@@ -56,6 +56,29 @@ def test_batches_and_single_runs_agree():
     assert single.verdict == batched.verdict
 
 
+class _OneOfTwoCameras(World):
+    """Of each run one camera sees: b where it is to, else a."""
+
+    def initial(self, noise):
+        self.sees_b = noise(1)[..., 0] > 0
+        return super().initial(noise)
+
+
+class _SeenByOne(Filter):
+    def update(self, z):
+        super().update(z)
+        sensor = "b" if self.world.sees_b else "a"
+        self.innovation, self.S = {sensor: self.innovation}, {sensor: self.S}
+
+
+def test_sensors_that_only_some_runs_have_are_kept_of_single_runs():
+    world = _OneOfTwoCameras()
+    _SeenByOne.world = world
+    result = credence.study(world, _SeenByOne, batch=False, runs=40, steps=20, seed=3)
+    assert {sensor.name for sensor in result.sensors} == {"a", "b"}
+    assert result.to_dict()["nis"]["values"] == 40 * 20
+
+
 def test_a_study_is_a_check_of_what_it_played():
     kept = []
 

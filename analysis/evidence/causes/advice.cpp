@@ -128,13 +128,14 @@ ResponsibleBlock responsible_block(const ConsistencyVerdict& whole, std::span<co
   for (const BlockVerdict& block : blocks) p_values.push_back(block.verdict.p_value);
   const std::vector<double> adjusted = holm(p_values);
   ResponsibleBlock result;
+  double largest = 0.0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const ConsistencyVerdict& verdict = blocks[i].verdict;
     if (!(adjusted[i] <= 1.0 - verdict.confidence)) continue;
-    const double deviation = standardised_deviation(verdict);
-    if (result.index < 0 || std::abs(deviation) > std::abs(result.deviation)) {
+    const double deviation = std::abs(standardised_deviation(verdict));
+    if (result.index < 0 || deviation > largest) {
       result.index = static_cast<std::int64_t>(i);
-      result.deviation = deviation;
+      largest = deviation;
     }
   }
   // A wrong scale moves the ratio mean/expected of every block alike; cross-covariances that of the whole

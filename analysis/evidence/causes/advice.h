@@ -57,7 +57,6 @@ ScaleAdvice scale_of_measurement_noise(const ScaleAdvice& scale, double share);
 /// Where an inconsistency sits.
 struct ResponsibleBlock {
   std::int64_t index = -1;  ///< −1: no block is inconsistent
-  double deviation = 0.0;   ///< in standard deviations of the mean of one step, signed: > 0 optimistic
   bool joint_only = false;  ///< the whole state is inconsistent but no block: cross-covariances are wrong
 };
 

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "analysis/evidence/causes/cause_findings.h"
+#include "analysis/evidence/causes/lone_outliers.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/evidence/verdicts/judgement_settling.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
@@ -474,7 +475,7 @@ Word word_of(const Evidence& e, const Judgement& j) {
   add_claimed(j.claimed_sigma.pessimistic, {kNaN, j.claimed_sigma.pessimistic.p_value});
   Word word = join_verdicts(parts, j.confidence);
   if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
-    word.of_lost_runs = true;
+    word.of_few = true;
     const bool alone = j.lost.others_are_right();
     word.says = fmt::format("{}{} {}{}", to_string(word.verdict), alone ? " in" : ", above all in",
                             names_of(j.lost), alone ? " alone" : "");
@@ -490,6 +491,16 @@ Word word_of(const Evidence& e, const Judgement& j) {
                           start->text_of(start->optimistic_steps));
   }
   return word;
+}
+
+/// A block that the answer names is the one of which more is said.
+void follow_word(const Word& word, std::span<const BlockVerdict> blocks, ResponsibleBlock& responsible) {
+  for (const std::string& name : word.named) {
+    const auto block = std::ranges::find(blocks, name, &BlockVerdict::name);
+    if (block == blocks.end()) continue;
+    responsible = {.index = block - blocks.begin()};
+    return;
+  }
 }
 
 /// Of a truth that was fitted to these errors, where the sum of NEES is least, only one thing is known: that
@@ -541,7 +552,7 @@ void leave_word_open(std::string reason, Judgement& j) {
 void leave_heavy_open(Judgement& j) {
   const GaussianityJudgement& g = j.law.gaussianity;
   const double alpha = 1.0 - j.confidence;
-  if (!is_inconsistent(j.word.verdict) || j.word.of_lost_runs) return;
+  if (!is_inconsistent(j.word.verdict) || j.word.of_few) return;
   if (!g.heavy_tailed(alpha) || !std::isnan(g.moments_p_value)) return;
   const bool on_average = j.single && j.single->time_average.p_value <= alpha;
   const ConsistencyVerdict* of_steps = nullptr;
@@ -599,6 +610,38 @@ void leave_coloured_open(Judgement& j) {
           coloured->name.empty() ? "" : " of " + coloured->name,
           p_value_statement(coloured->whiteness.p_value)),
       j);
+}
+
+/// Errors of single rows, where nothing is wrong without them, are the cause of all that is wrong with P.
+void name_outliers(const Evidence& e, const JudgementContext& context, double memory, Judgement& j) {
+  const double dof = constant_dof(e.study);
+  if (j.word.verdict != Verdict::optimistic || !j.lost.runs.empty() || e.nees_outliers == 0) return;
+  if (std::isnan(dof) || std::ssize(e.whole_runs.nees) != e.study.nees_of_runs.moments.count) return;
+  const std::optional<LoneOutliers> outliers = find_lone_outliers(e.whole_runs.nees, dof);
+  if (!outliers) return;
+  const ConsistencyVerdict rest = judge_without_outliers(e, memory, j.confidence);
+  if (is_inconsistent(rest.verdict)) return;
+  const bool named = std::ssize(context.run_names) == e.study.runs && e.study.failures.empty();
+  const std::string run = named ? context.run_names[static_cast<std::size_t>(outliers->run)]
+                                : fmt::format("run {}", outliers->run);
+  const bool measured = e.nis_outliers > 0;
+  const CauseFound cause = {
+      measured ? Cause::outliers : Cause::truth,
+      fmt::format(
+          "{} of {} rows have errors beyond any that P leaves room for, one at a time{} (first: {}, its "
+          "row {}); without them mean NEES is {} of {}",
+          outliers->count, outliers->rows,
+          measured
+              ? fmt::format(", and {} innovation{} likewise", e.nis_outliers, e.nis_outliers == 1 ? "" : "s")
+              : ", where those of a filter fade: a glitch of the truth, or of what was logged",
+          run, outliers->row + 1, number_text(rest.mean, 4), number_text(rest.expected, 4))};
+  const auto of_innovations = [](const JoinedVerdict& part) {
+    return is_inconsistent(part.verdict) && part.name.starts_with("NIS");
+  };
+  if (std::ranges::none_of(j.word.joined, of_innovations)) j.causes.clear();
+  j.causes.insert(j.causes.begin(), cause);
+  j.scale_covariance = no_scale("errors of single rows alone are wrong");
+  j.word.of_few = true;
 }
 
 /// More than a size of the innovations makes them look that goes up and down in time: it doubles the variance
@@ -665,6 +708,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   const bool fitted = context.truth_fit != TruthFit::none;
   if (fitted) judge_fitted(context.truth_fit, j);
   leave_heavy_open(j);
+  follow_word(j.word, j.blocks, j.responsible);
   if (!is_inconsistent(j.word.verdict) || fitted) {
     j.responsible = {};
     j.lost = {};
@@ -677,7 +721,10 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (!e.has_truth) leave_coloured_open(j);
   leave_rejected_open(e, j);
   leave_failed_open(all, j);
-  if (!fitted) j.causes = find_causes(findings_of(e, j));
+  if (!fitted) {
+    j.causes = find_causes(findings_of(e, j));
+    name_outliers(e, context, memory, j);
+  }
   if (!context.copies.empty() && (is_inconsistent(j.word.verdict) || !j.causes.empty()))
     j.causes = {{Cause::shared_noise, context.copies}};
   if (context.sensitivity) judge_sensitivity(e, memory, j);

@@ -29,6 +29,7 @@
 #include "analysis/laws/shape/component_variances.h"
 #include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/goodness_of_fit.h"
+#include "core/nan.h"
 
 /// @file
 /// What the evidence says of a filter, beside the verdicts on NEES and NIS: where an inconsistency sits, what
@@ -78,6 +79,7 @@ struct SensorJudgement {
 struct SingleRunJudgement {
   TimeAverageTest time_average;  ///< of NEES / dof over the run
   EffectiveSample sample;        ///< in rows
+  double rows_needed = kNaN;     ///< of a run like it, for its average to be tested
 };
 
 /// The verdicts without gross outliers, beside those with them.

@@ -139,6 +139,9 @@ void leave_open(const Evidence& e, Judgement& j) {
       : rows == 1 ? "one row is too few to decide"
                   : fmt::format("one run of {} rows is worth {} independent ones, too few to decide", rows,
                                 number_text(j.effective_steps, 3));
+  const double needed = j.single->rows_needed;
+  if (!stands && needed > static_cast<double>(rows))
+    v.reason += fmt::format(": its test takes some {:.0f} rows", needed);
   if (j.settle_nees.runs > 0) {
     v.reason += fmt::format("; about {} runs like it would tell whether the factor {} seen is real",
                             j.settle_nees.runs, number_text(j.settle_nees.observed_factor, 3));
@@ -163,6 +166,8 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
   // About its own mean, so that it is the same for any scale of P.
   single.sample = effective_sample(series.values);
   single.sample.correlation_time *= series.rows_per_value;
+  single.rows_needed =
+      static_cast<double>(kTestedStretches) * shortest_stretch(single.sample.correlation_time, memory);
   const auto rows = static_cast<double>(nees.size());
   if (!std::isnan(memory)) {
     single.sample.correlation_time = std::fmax(memory, 0.5 * single.sample.correlation_time);

@@ -178,6 +178,7 @@ Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
   for (const fs::path& file : files) {
     const LogFormat& format = log_format_of(file, o.format);
     if (!o.truths.empty() && !format.takes_truth) {
+      format.list(file);  // what is wrong with its header is nearer
       throw std::invalid_argument(fmt::format(
           "--truth: {} is read as {}, which holds its truth itself, or has none{}", file.string(),
           format.title,
@@ -271,6 +272,8 @@ JudgedFilter check_logs(std::span<const std::string> logs, const CheckOptions& o
   if (checked.analysis.evidence.rows == 0 && !checked.analysis.complete) {
     throw std::runtime_error("interrupted before the first rows were judged");
   }
+  if (std::string left_out = files_left_out(logs); !left_out.empty())
+    checked.remarks.push_back(std::move(left_out));
   checked.name = options.name.empty() ? log_name(logs.front()) : options.name;
   return JudgedFilter(judged_logs(std::move(checked)));
 }

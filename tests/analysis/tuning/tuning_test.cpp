@@ -157,6 +157,7 @@ TEST(Tuning, HoldsWhatOnlyACombinationShows) {
   const Tuning tuning = tune_linear(model, "diag(Q),diag(R)", simulate(model, 20, 200, 6));
   EXPECT_EQ(std::ranges::count(tuning.parameters, false, &TunedParameter::identifiable), 1);
   EXPECT_THAT(tuning.notes, ::testing::Contains(::testing::HasSubstr("combination of the others")));
+  EXPECT_THAT(tuning.notes, ::testing::Contains(::testing::HasSubstr("with what is held as it is")));
 }
 
 TEST(Tuning, TakesTheSandwichWhereTheLawIsNotGaussian) {

@@ -114,9 +114,9 @@ TEST(FilterLogHeaderLine, angles_of_one_observation_repeat_in_every_further_one)
 }
 
 TEST(FilterLogHeaderLine, columns_that_cannot_be_meant_are_named) {
-  expect_header_error("", "unknown column ''");
-  expect_header_error("step,,time", "unknown column ''");
-  expect_header_error("step,", "unknown column ''");
+  expect_header_error("", "a column has no name");
+  expect_header_error("step,,time", "a column has no name");
+  expect_header_error("step,", "a column has no name");
   expect_header_error("k,step,xt,yt", "unknown columns 'k', 'xt', 'yt': accepted are");
   expect_header_error("a,b,c,d,e,f,g,h,i,j,k,l,m,n", "'l' and 2 more: accepted are");
   for (const char* name : {"Step",
@@ -173,6 +173,9 @@ TEST(FilterLogHeaderLine, columns_that_are_missing_are_named) {
 TEST(FilterLogHeaderLine, another_separator_and_json_are_named) {
   expect_header_error("estimate.x;truth.x;P.1.1", "separated by ';' where ',' is expected");
   expect_header_error("estimate.x\ttruth.x\tP.1.1", "separated by tabs where ',' is expected");
+  expect_header_error("estimate.x truth.x P.1.1", "separated by blanks where ',' is expected");
+  expect_header_error("0.1,3.2,-1e-3", "there is no header: its first line is numbers; accepted are run");
+  expect_header_error(",estimate.x,truth.x,P.1.1", "a column has no name: is it the index of pandas");
   expect_header_error(R"({"estimate.x":1,"truth.x":1,"P.1.1":1})", "JSON is not read");
   expect_header_error("estimate.x;truth.x,P.1.1", "nothing to judge");
 }

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <gtest/gtest.h>
@@ -66,6 +67,37 @@ TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
   ASSERT_EQ(files.size(), 3U);
   EXPECT_EQ(files[0].filename(), "a.csv");
   EXPECT_EQ(files[2].filename(), "c.mcap");
+}
+
+TEST(LogFormats, WhatAFolderHoldsBesidesItsLogsIsTold) {
+  const TemporaryFolder folder;
+  for (const char* name : {"b.CSV", "a.csv", "c.csv.gz", ".hidden"}) folder.write(name, "x");
+  std::filesystem::create_directory(folder.path() / "sub.csv");
+  const std::vector<std::string> arguments = {folder.path().string()};
+  EXPECT_EQ(log_files(arguments).size(), 2U);
+  EXPECT_EQ(files_left_out(arguments),
+            fmt::format("Left out, as their names do not end as those of logs do: of {} c.csv.gz, sub.csv/.",
+                        arguments[0]));
+  EXPECT_EQ(files_left_out(std::vector<std::string>{(folder.path() / "a.csv").string()}), "");
+  const TemporaryFolder other;
+  for (const char* name : {"a.txt", "b.txt", "c.txt", "d.txt"}) other.write(name, "x");
+  EXPECT_THAT([&] { log_files(std::vector<std::string>{other.path().string()}); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("; it holds a.txt, b.txt, c.txt and 1 more")));
+}
+
+TEST(LogFormats, NearMissesAreNamed) {
+  const TemporaryFolder folder;
+  std::string all = "0";
+  for (int i = 1; i < 44; ++i) all += " 0";
+  for (const auto& [content, said] :
+       {std::pair<std::string, std::string>{"\x1f\x8b\x08", "zcat FILE | credence"},
+        {"\x93NUMPY\x01", "np.savez"},
+        {all, "the covariance is its upper triangle by rows"},
+        {"0 1 2 3 0 0 0 1 1 1 1 1 1 1", "has 29 fields"}}) {
+    const auto file = folder.write("near.bin", content);
+    EXPECT_THAT([&] { log_format_of(file, "auto"); }, ::testing::ThrowsMessage<DataError>(HasSubstr(said)))
+        << said;
+  }
 }
 
 // The line that converts is in what is said.

@@ -721,6 +721,42 @@ TEST(Judgement, SensitivityStandsBesideTheVerdict) {
   EXPECT_EQ(a.sensitivity->nis.mean, a.nis.mean);
 }
 
+// A glitch of the truth in single rows, which was a scale of the covariance, or its process noise.
+TEST(Judgement, ErrorsOfSingleRowsAreNamed) {
+  const auto glitch = [](Step& row, int run) {
+    if ((row.step == 37 || row.step == 81) && run >= 3) row.error[0] += 50.0;
+  };
+  for (const auto& [runs, steps] : {std::pair{20, 100}, {4, 800}}) {
+    const Judgement j = judge(logs_of(runs, steps, 0.8, 1.0, glitch));
+    EXPECT_EQ(j.word.verdict, Verdict::optimistic);
+    ASSERT_EQ(j.causes.size(), 1U);
+    EXPECT_EQ(j.causes[0].cause, Cause::truth);
+    EXPECT_TRUE(j.word.of_few) << "no factor on P mends it";
+    const std::string says = fmt::format(
+        "{} of {} rows have errors beyond any that P leaves room for, one at a time, where those of a filter "
+        "fade: "
+        "a glitch of the truth, or of what was logged (first: run 3, its row 37); without them mean NEES is ",
+        2 * (runs - 3), runs * steps);
+    EXPECT_EQ(j.causes[0].why.find(says), 0U) << j.causes[0].why;
+    EXPECT_FALSE(j.scale_covariance.reason.empty());
+  }
+  // Of a wrong association the innovation is one, too.
+  const Judgement association = judge(logs_of(20, 100, 0.0, 1.0, [&](Step& row, int run) {
+    glitch(row, run);
+    if (row.step == 37 && run == 4) row.innovations[0].nu[0] += 100.0;
+  }));
+  EXPECT_EQ(association.causes.front().cause, Cause::outliers);
+  EXPECT_NE(association.causes.front().why.find("one at a time, and 1 innovation likewise"),
+            std::string::npos);
+  // Where the rest is wrong as well, they are not all that is wrong.
+  const auto wrong = [&](Step& row, int run) {
+    row.error *= 1.3;
+    glitch(row, run);
+  };
+  for (const CauseFound& cause : judge(logs_of(20, 100, 0.8, 1.0, wrong)).causes)
+    EXPECT_EQ(cause.why.find("errors beyond any"), std::string::npos);
+}
+
 // P too large by 1.5 and one gross outlier: by the bound for every dependence NEES without it would look
 // right, and the outlier be blamed.
 TEST(Judgement, SensitivityIsByTheSameTest) {

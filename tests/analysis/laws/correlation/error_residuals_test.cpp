@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -120,6 +121,17 @@ TEST(ErrorResiduals, OfAMemoryThatComesAndGoesAreNone) {
     runs.push_back(errors_with_memory(2, 200, at_random, gaussian_noise(random)));
   EXPECT_TRUE(residual_nees(runs).empty());
   EXPECT_TRUE(residual_nees_of(errors_with_memory(2, 500, phi, gaussian_noise(random))).empty());
+}
+
+// A σ that is too small and too large in turn is no matter of tails.
+TEST(ErrorResiduals, OfASizeThatGoesUpAndDownAreNone) {
+  std::mt19937_64 random(37);
+  Matrix z = errors_with_memory(
+      2, 1000, [](Index) { return 0.8; }, gaussian_noise(random));
+  ASSERT_FALSE(residual_nees_of(z).empty());
+  for (Index k = 0; k < z.cols(); ++k)
+    z.col(k) *= 1.0 + 0.6 * std::sin(0.02 * std::numbers::pi * static_cast<double>(k));
+  EXPECT_TRUE(residual_nees_of(z).empty());
 }
 
 TEST(ErrorResiduals, AreNoneOfFewRowsOrOfWhatDoesNotVary) {
