@@ -407,7 +407,8 @@ LogContents list_own_log(const std::filesystem::path& file) {
       sensors[i].count += row.innovations[i].nu.size() > 0 ? 1 : 0;
     }
   }
-  LogContents contents{.topics = std::move(sensors), .remark = fmt::format("{} run{}.", runs, runs == 1 ? "" : "s")};
+  LogContents contents{.topics = std::move(sensors),
+                       .remark = fmt::format("{} run{}.", runs, runs == 1 ? "" : "s")};
   if (!layout.states.empty()) contents.topics.insert(contents.topics.begin(), std::move(state));
   return contents;
 }
