@@ -21,6 +21,7 @@
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/reading_fit.h"
+#include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/read_ahead.h"
 #include "datasets/logs/run_fingerprints.h"
 #include "datasets/logs/run_name.h"
@@ -83,6 +84,7 @@ struct Group {
   StepTimes times;
   RunFingerprints fingerprints;
   std::vector<FileStates> states;  ///< of the first file, and of each with others than the one before
+  std::vector<std::string> said;  ///< of the first group, what its files together look like (StepConventions)
   std::int64_t unmatched = 0, unexplained = 0;
   TruthFit truth_fit = TruthFit::none;
   std::size_t files = 0;  ///< that were begun
@@ -154,7 +156,10 @@ class GroupSums final : public RowSink {
 /// Looks at what comes, and hands its rows on.
 class GroupSink final : public LogSink {
  public:
-  GroupSink(Group& group, ByteCount& bytes) : group_(group), bytes_(bytes) {}
+  /// together: looks whether the files together would fit with a mistake of units undone, as one file is.
+  GroupSink(Group& group, ByteCount& bytes, bool together) : group_(group), bytes_(bytes), said_(group.said) {
+    if (together) together_.emplace(said_);
+  }
 
   void begin_file(const std::filesystem::path& file) {
     file_ = file;
@@ -200,6 +205,12 @@ class GroupSink final : public LogSink {
     // The same file in another folder or format is another filter's log of these runs.
     group_.run_names.push_back(run_name(file_.stem().string(), number));
     rows_->begin_run(file_, layout, group_.run_names.back());
+    if (!layout.componentwise) together_.reset();  // poses have conventions of their own
+    if (together_) together_->begin_run(layout);
+  }
+  /// After the last file.
+  void finish() {
+    if (together_) together_->finish();
   }
   void run_number(double number) override { number_.tell(number); }
   void add(const Step& step) override {
@@ -209,6 +220,7 @@ class GroupSink final : public LogSink {
     normalise(step, row);
     rows_->add(row);
     group_.judged.add(step);
+    if (together_) together_->add(step);
     group_.fingerprints.add(step);
     group_.times.add(step.step, std::exchange(time_s_, kNaN));
   }
@@ -298,6 +310,8 @@ class GroupSink final : public LogSink {
   std::int64_t steps_ = 0;  ///< of the file
   RunNumber number_;
   double travelled_m_ = kNaN, time_s_ = kNaN;  ///< of the next step
+  SaidSink said_;
+  std::optional<StepConventions> together_{};
 };
 
 /// Reads one file after the other, and hands their rows on to `rows`. An interruption ends it after the rows
@@ -324,10 +338,10 @@ void read_files(std::span<const std::filesystem::path> files, const LogFileReade
 }
 
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes,
-                 const LogJudgeOptions& options, bool ahead) {
+                 const LogJudgeOptions& options, bool ahead, bool together) {
   Group group;
   GroupSums sums(group.calibration);
-  GroupSink sink(group, bytes);
+  GroupSink sink(group, bytes, together);
   const auto read_all = [&](RowSink& rows) { read_files(files, read, options.partial, group, sink, rows); };
   try {
     if (ahead) {
@@ -338,6 +352,7 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
     group.chunks = sums.sums().take_chunks();
     group.chunks.push_back(sums.sums().take());
     group.judged.end_run();
+    sink.finish();
   } catch (...) {
     group.error = std::current_exception();
   }
@@ -376,6 +391,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   RunFingerprints fingerprints;
   std::optional<FileStates> states;  // of the first file
   bool alike = true;
+  std::vector<std::string> together;  // of the first group
   std::mutex mutex;
   std::condition_variable turn;
   std::int64_t merged = 0;       // groups
@@ -386,7 +402,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   for_each_task(groups, options.threads, options.stop, [&](std::int64_t i) {
     const std::size_t first = static_cast<std::size_t>(i) * kGroupFiles;
     Group group = read_group(files.subspan(first, std::min(kGroupFiles, files.size() - first)), read, bytes,
-                             options, ahead);
+                             options, ahead, i == 0 && files.size() > 1);
     // Groups are begun in their order, so all before this one are being read or merged.
     std::unique_lock lock(mutex);
     turn.wait(lock, [&] { return merged == i || failed; });
@@ -408,6 +424,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
       alike = false;
       result.remarks.push_back({of_file.file, unlike_sentence(*states, of_file)});
     }
+    std::ranges::move(group.said, std::back_inserter(together));
     result.unmatched_rows += group.unmatched;
     result.truth_fit = std::max(result.truth_fit, group.truth_fit);
     unexplained += group.unexplained;
@@ -423,6 +440,8 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   result.copies = fingerprints.copies();
   result.complete = merged == groups && !interrupted;
   leave_out_chance(result, unexplained);
+  if (!result.explained() && !together.empty())
+    result.remarks.push_back({{}, std::move(together.front()), true, true});
   return result;
 }
 

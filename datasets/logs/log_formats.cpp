@@ -53,8 +53,12 @@ std::string_view near_miss(std::string_view beginning) {
   if (beginning.starts_with("\x93NUMPY"))
     return "it is a single array of NumPy: np.savez('runs.npz', error=…, P=…) names several in one file "
            "(docs/logs.md)";
-  const std::string_view line = beginning.substr(0, beginning.find_first_of("\r\n"));
-  const std::size_t fields = words_between(" \t", line).size();
+  while (beginning.starts_with('#') && beginning.find('\n') != std::string_view::npos)
+    beginning.remove_prefix(beginning.find('\n') + 1);
+  const std::vector<std::string_view> numbers =
+      words_between(" \t", beginning.substr(0, beginning.find_first_of("\r\n")));
+  if (numbers.empty() || !parse_finite(numbers.front())) return "";
+  const std::size_t fields = numbers.size();
   constexpr std::size_t kTum = 29, kAllOfP = 44;
   if (fields == kAllOfP || (fields > kPoseFields && fields < kTum)) {
     return fields == kAllOfP
@@ -120,7 +124,8 @@ std::string others_in(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with('.') || (!entry.is_directory() && has_extension(entry.path()))) continue;
+    const bool of_bag = name == "metadata.yaml";  // beside a ROS 2 bag
+    if (of_bag || name.starts_with('.') || (!entry.is_directory() && has_extension(entry.path()))) continue;
     names.push_back(name + (entry.is_directory() ? "/" : ""));
   }
   std::ranges::sort(names);

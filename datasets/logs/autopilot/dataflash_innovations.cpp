@@ -245,7 +245,7 @@ LogContents list_messages(const std::filesystem::path& file) {
 LogFormat dataflash_format() {
   return {.name = "dataflash",
           .title = "ArduPilot DataFlash",
-          .extensions = ".bin .BIN",
+          .extensions = ".bin",
           .has_instances = true,
           .recognises = [](std::string_view beginning,
                            const std::filesystem::path&) { return begins_as_dataflash(beginning); },

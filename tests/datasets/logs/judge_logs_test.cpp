@@ -131,6 +131,33 @@ TEST(JudgeLogs, OfFilesWithOtherStatesThoseWithMostAreCalibrated) {
   }
 }
 
+// Twenty files of one run of 15 rows, too few for each to tell that standard deviations stand for P.
+TEST(JudgeLogs, AMistakeOfUnitsIsSeenInTheFilesTogether) {
+  std::vector<std::filesystem::path> paths;
+  for (int i = 0; i < 20; ++i) paths.emplace_back(std::to_string(i));
+  const auto remarks_of = [&](bool deviations) {
+    const auto read = [deviations](const std::filesystem::path& path, LogSink& sink) {
+      std::mt19937_64 bits(std::stoul(path.string()));
+      std::normal_distribution<double> normal(0.0, 0.1);
+      sink.begin_run(layout_of_file({kThree}));
+      for (std::int64_t k = 1; k <= 15; ++k) {
+        Step step{
+            .step = k, .states = {0, 1, 2}, .error = Vector::NullaryExpr(3, [&] { return normal(bits); })};
+        step.P = (deviations ? 0.1 : 0.01) * Matrix::Identity(3, 3);
+        sink.add(step);
+      }
+    };
+    return judge_logs(paths, read, {}).remarks;
+  };
+  EXPECT_TRUE(remarks_of(false).empty());
+  const std::vector<LogRemark> told = remarks_of(true);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].sentence.find("It would fit if P holds standard deviations, not variances"),
+            std::string::npos)
+      << told[0].sentence;
+  EXPECT_TRUE(told[0].mistake);
+}
+
 TEST(JudgeLogs, FilesWithOtherStatesAreToldOfOnce) {
   const auto remarks_of = [](const Files& files) {
     std::vector<std::string> sentences;

@@ -71,7 +71,7 @@ TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
 
 TEST(LogFormats, WhatAFolderHoldsBesidesItsLogsIsTold) {
   const TemporaryFolder folder;
-  for (const char* name : {"b.CSV", "a.csv", "c.csv.gz", ".hidden"}) folder.write(name, "x");
+  for (const char* name : {"b.CSV", "a.csv", "c.csv.gz", ".hidden", "metadata.yaml"}) folder.write(name, "x");
   std::filesystem::create_directory(folder.path() / "sub.csv");
   const std::vector<std::string> arguments = {folder.path().string()};
   EXPECT_EQ(log_files(arguments).size(), 2U);
@@ -98,6 +98,13 @@ TEST(LogFormats, NearMissesAreNamed) {
     EXPECT_THAT([&] { log_format_of(file, "auto"); }, ::testing::ThrowsMessage<DataError>(HasSubstr(said)))
         << said;
   }
+}
+
+TEST(LogFormats, ProseIsNearNoFormat) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("near.bin", "A text of ten words that are no numbers at all.");
+  EXPECT_THAT([&] { log_format_of(file, "auto"); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("is of no known format; accepted are mcap")));
 }
 
 // The line that converts is in what is said.
