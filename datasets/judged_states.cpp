@@ -1,10 +1,11 @@
 #include "datasets/judged_states.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
+
+#include "core/append_item.h"
 
 namespace credence::internal {
 
@@ -66,11 +67,8 @@ std::string JudgedStates::never_judged() const {
   }
   // Where no state is judged, there is no truth to speak of.
   if (never.empty() || never.size() == names_.size()) return {};
-  const std::size_t all = never.size();
-  never.resize(std::min(all, kMost));
-  return fmt::format("No row has an estimate and a truth of {}{}, which {} not judged.",
-                     fmt::join(never, ", "), all > kMost ? fmt::format(" and {} more", all - kMost) : "",
-                     all == 1 ? "is" : "are");
+  return fmt::format("No row has an estimate and a truth of {}, which {} not judged.",
+                     first_items(never, kMost), never.size() == 1 ? "is" : "are");
 }
 
 std::vector<std::string> JudgedStates::sentences() const {

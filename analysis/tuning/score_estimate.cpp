@@ -131,7 +131,7 @@ ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estim
     const auto excess = [&](double value) {
       Maximum there = profile_score(model, others, box, free, scale, coordinate, value);
       const auto drops = [&] { return std::sqrt(std::max(0.0, estimate.value - there.value) / drop) - 1.0; };
-      if (!there.ok || drops() > 0.0) {
+      if ((!there.ok || drops() > 0.0) && others != estimate.phi) {
         Maximum again = profile_score(model, estimate.phi, box, free, scale, coordinate, value);
         if (again.ok && (!there.ok || again.value > there.value)) there = std::move(again);
       }

@@ -38,8 +38,7 @@ class Tuner {
     if (!before_.ok) {
       throw std::invalid_argument(
           "the present filter has no scores: no innovations, an S that is not positive definite, or a run "
-          "that "
-          "fails");
+          "that fails");
     }
     tuning_.steps = before_.steps;
     tuning_.units = model.units();

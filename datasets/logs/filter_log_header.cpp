@@ -1,7 +1,6 @@
 #include "datasets/logs/filter_log_header.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -12,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/append_item.h"
 #include "core/control_characters.h"
 #include "datasets/logs/number_field.h"
 
@@ -22,8 +22,7 @@ constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
     "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME (NAME:angle of an angle), P.i.j, "
     "innovation.i, S.i.j, R.i.j, nis.DIM (innovation.SENSOR.i, … of several sensors), nonlinear, inflated, "
-    "with "
-    "numbers to 2000 (docs/formats.md); a file with columns of other names: docs/recipes.md";
+    "with numbers to 2000 (docs/formats.md); a file with columns of other names: docs/recipes.md";
 
 std::invalid_argument error_beside(std::string_view state) {
   return std::invalid_argument(fmt::format(
@@ -121,7 +120,7 @@ class HeaderParser {
       throw std::invalid_argument(
           fmt::format("column {}, '{}': its name holds a control character", column + 1, shown_field(name)));
     }
-    if (!place(name, column)) unknown_.push_back(fmt::format("'{}'", shown_field(name)));
+    if (!place(name, column)) unknown_.push_back(shown_field(name));
   }
 
   FilterLogHeader finish(Index columns) {
@@ -165,22 +164,19 @@ class HeaderParser {
   void require_known() const {
     constexpr std::size_t kShown = 12;
     if (unknown_.empty()) return;
-    const auto is_number = [](const std::string& name) {
-      return parse_finite(std::string_view(name).substr(1, name.size() - 2)).has_value();
-    };
+    const auto is_number = [](const std::string& name) { return parse_finite(name).has_value(); };
     if (std::ranges::all_of(unknown_, is_number))
       throw std::invalid_argument(
           fmt::format("there is no header: its first line is numbers; {}", kAccepted));
-    if (std::ranges::find(unknown_, "''") != unknown_.end()) {
+    if (std::ranges::find(unknown_, "") != unknown_.end()) {
       throw std::invalid_argument(
           "a column has no name: is it the index of pandas, which to_csv(FILE, index=False) leaves out, or a "
           "comma at the end of the line?");
     }
-    const std::size_t shown = std::min(unknown_.size(), kShown);
-    throw std::invalid_argument(fmt::format(
-        "unknown column{} {}{}: {}", unknown_.size() == 1 ? "" : "s",
-        fmt::join(unknown_.begin(), unknown_.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
-        unknown_.size() == shown ? "" : fmt::format(" and {} more", unknown_.size() - shown), kAccepted));
+    std::vector<std::string> quoted;
+    for (const std::string& name : unknown_) quoted.push_back(fmt::format("'{}'", name));
+    throw std::invalid_argument(fmt::format("unknown column{} {}: {}", quoted.size() == 1 ? "" : "s",
+                                            first_items(quoted, kShown), kAccepted));
   }
 
   bool place(std::string_view name, Index column) {
@@ -260,7 +256,7 @@ class HeaderParser {
         found = states_.contains(row) && states_.contains(other);
         if (found) insert(P_, std::pair(number(row), number(other)), column);
       }
-      if (!found) unknown_.push_back(fmt::format("'P.{}'", shown_field(name)));
+      if (!found) unknown_.push_back("P." + shown_field(name));
     }
   }
 

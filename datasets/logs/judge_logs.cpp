@@ -1,7 +1,6 @@
 #include "datasets/logs/judge_logs.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <condition_variable>
@@ -9,13 +8,13 @@
 #include <iterator>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "analysis/evidence/sums/run_innovations.h"
 #include "analysis/laws/shape/coverage.h"
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
@@ -52,21 +51,14 @@ std::vector<std::string> states_of_every_run(const RunLayout& layout) {
   return names;
 }
 
-/// "vx, vy and 3 more"
-std::string some_of(std::span<const std::string> names) {
-  constexpr std::size_t kTold = 3;
-  std::string text = fmt::format("{}", fmt::join(names.first(std::min(kTold, names.size())), ", "));
-  if (names.size() > kTold) text += fmt::format(" and {} more", names.size() - kTold);
-  return text;
-}
-
 /// What tells that one file has other states than another.
 std::string unlike_sentence(const FileStates& one, const FileStates& other) {
+  constexpr std::size_t kTold = 3;
   std::vector<std::string> has, lacks;
   std::ranges::set_difference(other.names, one.names, std::back_inserter(has));
   std::ranges::set_difference(one.names, other.names, std::back_inserter(lacks));
-  std::string differs = has.empty() ? "" : "has " + some_of(has);
-  if (!lacks.empty()) differs += (has.empty() ? "lacks " : " and lacks ") + some_of(lacks);
+  std::string differs = has.empty() ? "" : "has " + first_items(has, kTold);
+  if (!lacks.empty()) differs += (has.empty() ? "lacks " : " and lacks ") + first_items(lacks, kTold);
   return fmt::format(
       "{} {}, compared with {}: files of one filter have the same states, and each state is judged by those "
       "that have it.",

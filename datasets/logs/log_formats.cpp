@@ -129,10 +129,7 @@ std::string others_in(const std::filesystem::path& folder) {
     names.push_back(name + (entry.is_directory() ? "/" : ""));
   }
   std::ranges::sort(names);
-  std::string text;
-  for (const std::string& name : std::span(names).first(std::min(kTold, names.size())))
-    append_item(text, name);
-  return names.size() > kTold ? fmt::format("{} and {} more", text, names.size() - kTold) : text;
+  return first_items(names, kTold);
 }
 
 }  // namespace

@@ -62,10 +62,8 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "to know the heading of the whole map."},
     {"energy score", "", "how far estimates that P makes likely lie from the truth",
      "The mean distance from the truth, less half of that between two of them; smaller is better, and it is "
-     "in "
-     "the unit of the state. It rewards small errors and an honest covariance, and a single row far out "
-     "costs "
-     "less than in the log score."},
+     "in the unit of the state. It rewards small errors and an honest covariance, and a single row far out "
+     "costs less than in the log score."},
     {"exchangeable", "exchangeability", "that the order of the runs says nothing",
      "Runs of one vehicle, one place and one setting are; a run in other weather, with another sensor or on "
      "a faster vehicle is not, and what was learnt from the first need not hold for it."},
@@ -198,8 +196,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      true},
     {"rejected", "rejected rows|unmatched|unmatched rows", "of a row of a log: left out, and counted",
      "A P that is none, a number that is missing or not finite, or a row without a truth that is near "
-     "enough. "
-     "Where more than one in twenty is, the others do not speak for the filter.",
+     "enough. Where more than one in twenty is, the others do not speak for the filter.",
      true},
     {"stands", "together|stand", "of a sweep: inconsistent also when all configurations are judged together",
      "Of many configurations some look inconsistent by chance. Of those that stand, at most 5 % are expected "

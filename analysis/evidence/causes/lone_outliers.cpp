@@ -1,13 +1,12 @@
 #include "analysis/evidence/causes/lone_outliers.h"
 
 #include "analysis/evidence/sums/evidence.h"
-#include "analysis/laws/chi_square/chi_square.h"
 
 namespace credence::internal {
 
 std::optional<LoneOutliers> find_lone_outliers(std::span<const std::vector<double>> runs, double dof) {
   constexpr std::int64_t kOneInRows = 20, kOneInOutliers = 5, kTenth = 10, kHalf = 2;
-  const double most = chi_square_upper_quantile(kGrossOutlier, dof) / dof;
+  const double most = outlier_limit(static_cast<Index>(dof)) / dof;
   LoneOutliers found;
   std::int64_t beside = 0, early = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {

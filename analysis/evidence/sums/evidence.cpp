@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "analysis/evidence/sums/step_series.h"
+#include "analysis/laws/chi_square/chi_square.h"
 
 namespace credence::internal {
 namespace {
@@ -215,6 +216,19 @@ SensorPairSums& Evidence::sensor_pair(const std::string& first, const std::strin
     if (pair.first == first && pair.second == second) return pair;
   }
   return sensor_pairs.emplace_back(SensorPairSums{first, second, first_dim});
+}
+
+double outlier_limit(Index dof) {
+  constexpr std::size_t kCached = 64;
+  static const std::vector<double> limits = [] {
+    std::vector<double> all(kCached, 0.0);
+    for (std::size_t i = 1; i < kCached; ++i) {
+      all[i] = chi_square_upper_quantile(kGrossOutlier, static_cast<double>(i));
+    }
+    return all;
+  }();
+  const auto i = static_cast<std::size_t>(dof);
+  return i < kCached ? limits[i] : chi_square_upper_quantile(kGrossOutlier, static_cast<double>(dof));
 }
 
 }  // namespace credence::internal

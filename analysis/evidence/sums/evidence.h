@@ -196,4 +196,7 @@ inline constexpr double kWideAngle = std::numbers::pi / 3.0;
 /// filter.
 inline constexpr double kGrossOutlier = 1e-6;
 
+/// The value beyond which a χ²(dof) is one; dof ≥ 1.
+double outlier_limit(Index dof);
+
 }  // namespace credence::internal

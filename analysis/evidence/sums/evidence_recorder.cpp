@@ -8,7 +8,6 @@
 
 #include "analysis/evidence/causes/relative_place.h"
 #include "analysis/evidence/sums/step_series.h"
-#include "analysis/laws/chi_square/chi_square.h"
 #include "core/linear_algebra/squared_norm.h"
 #include "core/manifold/angle.h"
 #include "core/record/unwrapped_angles.h"
@@ -20,20 +19,6 @@ namespace {
 template <class To>
 void copy_places(const Vector& values, std::span<const Index> places, To& to) {
   for (std::size_t i = 0; i < places.size(); ++i) to[static_cast<Index>(i)] = values[places[i]];
-}
-
-/// The value beyond which a χ²(dof) is a gross outlier.
-double outlier_limit(Index dof) {
-  constexpr std::size_t kCached = 64;
-  static const std::vector<double> limits = [] {
-    std::vector<double> all(kCached, 0.0);
-    for (std::size_t i = 1; i < kCached; ++i) {
-      all[i] = chi_square_upper_quantile(kGrossOutlier, static_cast<double>(i));
-    }
-    return all;
-  }();
-  const auto i = static_cast<std::size_t>(dof);
-  return i < kCached ? limits[i] : chi_square_upper_quantile(kGrossOutlier, static_cast<double>(dof));
 }
 
 static_assert(is_checked(kLargestAveragedMap, 3, 100), "every step of what is averaged tells its covariance");

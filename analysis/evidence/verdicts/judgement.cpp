@@ -325,7 +325,7 @@ ConsistencyVerdict judge_without_outliers(const Evidence& e, double memory, doub
   const std::vector<std::vector<double>>& all = e.whole_runs.nees;
   if (std::isnan(dof) || std::ssize(all) != e.study.nees_of_runs.moments.count)
     return judge_state(e, nees, confidence);
-  const double most = chi_square_upper_quantile(kGrossOutlier, dof) / dof;
+  const double most = outlier_limit(static_cast<Index>(dof)) / dof;
   std::vector<std::vector<double>> runs;
   RunAverages averages;
   for (const std::vector<double>& run : all) {

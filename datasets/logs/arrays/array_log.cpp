@@ -581,17 +581,14 @@ void tell_unread(const ArrayFile& file, const ArrayRoles& roles, const RunLayout
                                                            &Sensor::name) == layout.sensors.end();
     });
   };
-  std::string unread;
-  std::size_t count = 0;
+  std::vector<std::string> unread;
   for (const ArrayShape& array : file.arrays()) {
     const bool used = array.name == kTruth ? roles.truth().has_value()
                                            : is_log_array(array.name) && !lacks_its_sensor(array.name);
     if (array.name == kNamesOfStates || used) continue;
-    if (++count <= kMost) append_item(unread, shown_field(array.name));
+    unread.push_back(shown_field(array.name));
   }
-  if (count == 0) return;
-  if (count > kMost) unread += fmt::format(" and {} more", count - kMost);
-  sink.remark(fmt::format("Not read: {}.", unread));
+  if (!unread.empty()) sink.remark(fmt::format("Not read: {}.", first_items(unread, kMost)));
 }
 
 }  // namespace

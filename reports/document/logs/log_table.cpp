@@ -120,9 +120,8 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   if (s.rejected.contains("a zero variance has a covariance")) {
     table.notes.emplace_back(
         "Variances of P or S are 0 there: were small ones written with a fixed number of decimals, as by "
-        "%.4f "
-        "(nine significant digits, %.9g, are enough), or is it the lower triangle where the upper one is "
-        "expected?");
+        "%.4f (nine significant digits, %.9g, are enough), or is it the lower triangle where the upper one "
+        "is expected?");
   }
   for (const RunFailure& f : s.study.failures) {
     const auto said = logs.failures_said.find(f.run);

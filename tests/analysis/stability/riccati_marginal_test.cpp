@@ -84,7 +84,7 @@ TEST(MarginalRiccati, GrowsOnlyWhereTheNoiseGoes) {
 // rounding ends the recursion after some hundred steps, when P, which falls as 1/k, is still 3 % above its
 // limit.
 // P grows as 1.05ᵏ in a direction that nothing sees and that P0 leaves out. In turned axes rounding mixes it
-// with the others: 26 of 40 were "bounded", with a residual that is no number.
+// with the others: 26 of 40 were "bounded".
 TEST(MarginalRiccati, WhatGrowsInTurnedAxesIsNotCalledBounded) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

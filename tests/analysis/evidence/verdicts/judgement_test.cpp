@@ -734,8 +734,8 @@ TEST(Judgement, ErrorsOfSingleRowsAreNamed) {
     EXPECT_TRUE(j.word.of_few) << "no factor on P mends it";
     const std::string says = fmt::format(
         "{} of {} rows have errors beyond any that P leaves room for, one at a time, where those of a filter "
-        "fade: "
-        "a glitch of the truth, or of what was logged (first: run 3, its row 37); without them mean NEES is ",
+        "fade: a glitch of the truth, or of what was logged (first: run 3, its row 37); without them mean "
+        "NEES is ",
         2 * (runs - 3), runs * steps);
     EXPECT_EQ(j.causes[0].why.find(says), 0U) << j.causes[0].why;
     EXPECT_FALSE(j.scale_covariance.reason.empty());

@@ -195,12 +195,17 @@ TEST(LawJudgement, HeavyTailsOfFewRunsAreNoFaultOfP) {
   EXPECT_GE(three, 17);
 }
 
+/// Of the right P, and errors with a memory that heavy noise adds to.
+Judgement heavy_with_memory(int runs, int steps, std::uint64_t seed) {
+  const Matrix I = Matrix::Identity(2, 2);
+  return judge(errors_of(I, I, runs, steps, with_memory(0.8, heavy(seed))));
+}
+
 // Sums of what is heavy look Gaussian but for what stands out.
 TEST(LawJudgement, HeavyTailsBehindAMemoryAreNoFaultOfP) {
-  const Matrix I = Matrix::Identity(2, 2);
   int accused = 0, found = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Judgement j = judge(errors_of(I, I, 4, 500, with_memory(0.8, heavy(seed))));
+    const Judgement j = heavy_with_memory(4, 500, seed);
     accused += is_inconsistent(j.word.verdict);
     found += j.law.gaussianity.nees_tail_p_value <= 0.01;
   }
@@ -210,10 +215,9 @@ TEST(LawJudgement, HeavyTailsBehindAMemoryAreNoFaultOfP) {
 
 // Of one run of 400 rows with a memory of 0.8 there are no stretches, and only χ² speaks of its steps.
 TEST(LawJudgement, HeavyTailsOfAShortRunLeaveSingleStepsOpen) {
-  const Matrix I = Matrix::Identity(2, 2);
   int accused = 0, open = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const Judgement j = judge(errors_of(I, I, 1, 400, with_memory(0.8, heavy(seed))));
+    const Judgement j = heavy_with_memory(1, 400, seed);
     accused += is_inconsistent(j.word.verdict);
     if (j.nees.reason.find("but the errors have heavy tails") == std::string::npos) continue;
     ++open;
