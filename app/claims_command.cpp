@@ -49,13 +49,17 @@ std::vector<Claim> carpark_claims(const std::optional<CarparkLog>& log, const Cl
   const CarparkStudy result = run_carpark_study(*log, carpark_settings(), study);
   if (!result.complete) return {};
   std::vector<Claim> claims;
+  const auto verdict_of_claim = [](const CarparkFinding& f) {
+    if (f.refutes.empty()) return f.holds ? ClaimVerdict::holds : ClaimVerdict::fails;
+    return f.holds ? ClaimVerdict::fails : ClaimVerdict::conditional;
+  };
   for (const CarparkFinding& f : carpark_findings(result)) {
     claims.push_back({.id = f.id,
                       .source = f.source,
-                      .statement = f.statement,
+                      .statement = f.refutes.empty() ? f.statement : f.refutes,
                       .measured = f.measured,
                       .long_run = f.meaning,
-                      .verdict = f.holds ? ClaimVerdict::holds : ClaimVerdict::fails});
+                      .verdict = verdict_of_claim(f)});
   }
   return claims;
 }

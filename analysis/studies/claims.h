@@ -25,12 +25,12 @@ std::string_view to_string(ClaimVerdict verdict);
 
 /// One claim with its evidence.
 struct Claim {
-  std::string id;         ///< short and stable: "unit-eigenvalue"
-  std::string source;     ///< equation, figure or section of the paper
-  std::string statement;  ///< what the paper says
-  std::string measured;   ///< with the paper's size of the problem; numbers computed now
-  std::string
-      long_run{};  ///< what happens far beyond the paper's 100 steps; empty where that changes nothing
+  std::string id;          ///< short and stable: "unit-eigenvalue"
+  std::string source;      ///< equation, figure or section of the paper
+  std::string statement;   ///< what the paper says
+  std::string measured;    ///< with the paper's size of the problem; numbers computed now
+  std::string long_run{};  ///< what happens far beyond the paper's 100 steps, or what it means; empty:
+                           ///< nothing is to be added
   ClaimVerdict verdict = ClaimVerdict::not_measured;
 };
 

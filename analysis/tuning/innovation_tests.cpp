@@ -30,20 +30,24 @@ GoodnessOfFit test_law(std::span<const RecordedInnovations> runs) {
   return test_uniform(nis_to_uniform(all, runs.front().dof));
 }
 
-/// The mean over stretches, as innovations that are not white make single values count too much.
+/// The mean over whole runs, or over no more stretches of them than the test takes: innovations that are not
+/// white make single values count too much, and in a short run they look whiter than they are.
 void test_mean(std::span<const RecordedInnovations> runs, InnovationTests& tests) {
+  constexpr std::int64_t kOfComponent = 4;
   VectorMoments values, stretches;
+  const auto all = std::ssize(runs);
   for (const RecordedInnovations& run : runs) {
     if (run.whitened.empty()) continue;
     const Index dim = run.whitened.front().size();
+    const std::int64_t enough = std::max<std::int64_t>(kFewestStretches, kOfComponent * dim);
     double slowest = 1.0;
     for (Index i = 0; i < dim; ++i) {
       std::vector<double> component;
       for (const Vector& u : run.whitened) component.push_back(u(i));
       slowest = std::max(slowest, correlation_time_of(component));
     }
-    const auto count = static_cast<std::size_t>(
-        std::min(kMostStretches, std::max<std::int64_t>(1, stretch_count(run.whitened.size(), slowest))));
+    const auto count = static_cast<std::size_t>(std::min(
+        (enough + all - 1) / all, std::max<std::int64_t>(1, stretch_count(run.whitened.size(), slowest))));
     const std::size_t length = run.whitened.size() / count;
     for (std::size_t k = 0; k < count; ++k) {
       VectorMoments stretch;

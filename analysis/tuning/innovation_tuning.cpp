@@ -47,7 +47,7 @@ double ratio_p_value(double ratio, double dof, double other_dof) {
   return std::min(1.0, 2.0 * std::min(above, boost::math::cdf(law, ratio)));
 }
 
-LeftOut leave_out(const SensorRecord& record, double dof, double confidence) {
+LeftOut leave_out(const SensorRecord& record, double dof, bool white, double confidence) {
   const std::vector<NisPart> parts = parts_of(record);
   LeftOut result;
   result.of_runs = record.runs.size() >= kFewestRunsLeftOut;
@@ -69,6 +69,8 @@ LeftOut leave_out(const SensorRecord& record, double dof, double confidence) {
     mean += part.sum / scale;
   }
   result.mean_nis = mean / all.count;
+  if (!white) return result;
+  result.tested = true;
   const std::vector<double> adjusted = holm(p_values);
   bool optimistic = false, pessimistic = false;
   for (std::size_t i = 0; i < adjusted.size(); ++i) {
@@ -93,6 +95,10 @@ std::string what_comes_first(const SensorRecord& record, const InnovationTests& 
     return fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
                        record.unwrapped);
   }
+  std::int64_t rows = 0;
+  for (const RecordedInnovations& run : record.runs) rows += std::ssize(run.nis);
+  std::string turned = turns_text(record.name, record.turns, rows);
+  if (!turned.empty()) return turned;
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
   return fmt::format("the innovations have mean {} standard deviations ({})",
                      number_text(tests.mean.cwiseAbs().maxCoeff(), 2), p_value_statement(tests.mean_p_value));
@@ -130,7 +136,9 @@ void add_notes(InnovationTuning& t) {
         kComesFirst, t.comes_first));
   }
   if (t.gain != GainError::none_seen) {
-    notes.emplace_back("The likelihood ratio needs white innovations: it has no p-value here.");
+    notes.emplace_back(
+        "The likelihood ratio and the test of parts that are left out need white innovations, and are not "
+        "made here.");
   }
   if (!t.scale.reason.empty()) notes.push_back(fmt::format("The scale has no interval: {}.", t.scale.reason));
   if (t.left_out > 0) notes.push_back(fmt::format("{} innovations could not be used.", t.left_out));
@@ -182,7 +190,7 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
     t.likelihood_ratio_p_value =
         chi_square_survival(2.0 * count * std::max(0.0, t.score_after - t.score_before), 1.0);
   }
-  t.left_out_parts = leave_out(record, t.dof, confidence);
+  t.left_out_parts = leave_out(record, t.dof, t.gain == GainError::none_seen, confidence);
   add_notes(t);
   return t;
 }

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/evidence/sums/whole_turns.h"
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/tuning/innovation_tests.h"
 #include "core/nan.h"
@@ -19,8 +20,9 @@ struct SensorRecord {
   std::string name;
   std::vector<RecordedInnovations> runs;  ///< NIS and L⁻¹ν in order of time, all of one dimension
   double log_determinant = 0.0;           ///< of S, summed over all
-  std::int64_t left_out = 0;   ///< of another dimension, or with an S that is not positive definite
-  std::int64_t unwrapped = 0;  ///< components that are angles, beyond half a turn
+  std::int64_t left_out = 0;      ///< of another dimension, or with an S that is not positive definite
+  std::int64_t unwrapped = 0;     ///< components that are angles, beyond half a turn
+  std::vector<WholeTurns> turns;  ///< of the components of a piece that are not marked as angles
 };
 
 /// To which side the gain is wrong.
@@ -35,12 +37,13 @@ enum class GainError {
 std::string_view to_string(GainError error);
 
 /// One left-out part after the other against the scale of all others: the ratio of their mean NIS follows
-/// the F law if they are white.
+/// the F law if they are white; else it is not tested.
 struct LeftOut {
   Verdict verdict = Verdict::undecided;
   std::int64_t parts = 0, rejected = 0;  ///< rejected by Holm's procedure
-  bool of_runs = false;                  ///< the parts are runs; else stretches of them
-  double mean_nis = kNaN;                ///< of all parts, each over the scale of the others
+  bool tested = false;
+  bool of_runs = false;    ///< the parts are runs; else stretches of them
+  double mean_nis = kNaN;  ///< of all parts, each over the scale of the others
 };
 
 /// How the note of InnovationTuning::comes_first begins.

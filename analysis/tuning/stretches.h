@@ -5,9 +5,8 @@
 
 namespace credence::internal {
 
-/// Stretches of eight correlation times have nearly independent averages: so many tell of a mean, and no more
-/// than so many are taken of one series.
-inline constexpr std::int64_t kFewestStretches = 10, kMostStretches = 50;
+/// Stretches of eight correlation times have nearly independent averages: so many tell of a mean.
+inline constexpr std::int64_t kFewestStretches = 10;
 
 /// Of the values about their mean (effective_sample.h); NaN where they do not vary.
 double correlation_time_of(std::span<const double> values);

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "analysis/evidence/sums/whole_turns.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/record/unwrapped_angles.h"
 #include "core/stop_point.h"
@@ -26,8 +27,7 @@ class InnovationSink final : public LogSink {
   void begin_run(const RunLayout& layout) override {
     fingerprints_.begin_run(number_.next());
     of_layout_.clear();
-    nis_alone_.clear();
-    angles_.clear();
+    sensors_ = layout.sensors;
     for (const Sensor& sensor : layout.sensors) {
       auto found = std::ranges::find(records_, sensor.name, &SensorRecord::name);
       if (found == records_.end()) {
@@ -37,8 +37,6 @@ class InnovationSink final : public LogSink {
       }
       found->runs.emplace_back();
       of_layout_.push_back(static_cast<std::size_t>(found - records_.begin()));
-      nis_alone_.push_back(sensor.nis_alone);
-      angles_.push_back(sensor.angles);
     }
   }
 
@@ -49,10 +47,10 @@ class InnovationSink final : public LogSink {
     for (std::size_t s = 0; s < std::min(step.innovations.size(), of_layout_.size()); ++s) {
       const std::size_t sensor = of_layout_[s];
       if (step.innovations[s].nu.size() == 0) continue;
-      if (nis_alone_[s]) {
+      if (sensors_[s].nis_alone) {
         ++records_[sensor].left_out;
       } else {
-        add(step.innovations[s], angles_[s], records_[sensor], dims_[sensor]);
+        add(step.innovations[s], sensors_[s], records_[sensor], dims_[sensor]);
       }
     }
   }
@@ -75,8 +73,7 @@ class InnovationSink final : public LogSink {
   }
 
  private:
-  static void add(const Innovation& innovation, const std::vector<bool>& angles, SensorRecord& record,
-                  Index& dim) {
+  static void add(const Innovation& innovation, const Sensor& sensor, SensorRecord& record, Index& dim) {
     const Eigen::LLT<Matrix> llt(innovation.S);
     if (!innovation.complete || (dim > 0 && dim != innovation.nu.size()) || !innovation.nu.allFinite() ||
         !innovation.S.allFinite() || llt.info() != Eigen::Success) {
@@ -84,7 +81,8 @@ class InnovationSink final : public LogSink {
       return;
     }
     dim = innovation.nu.size();
-    record.unwrapped += count_unwrapped(innovation.nu, angles);
+    record.unwrapped += count_unwrapped(innovation.nu, sensor.angles);
+    add_turns(innovation.nu, innovation.S.diagonal(), sensor.piece, sensor.angles, record.turns);
     const Vector whitened = llt.matrixL().solve(innovation.nu);
     record.runs.back().nis.push_back(whitened.squaredNorm());
     record.runs.back().whitened.push_back(whitened);
@@ -94,10 +92,9 @@ class InnovationSink final : public LogSink {
   RunFingerprints fingerprints_;
   RunNumber number_;
   std::vector<SensorRecord> records_;
-  std::vector<Index> dims_;                ///< of each record; 0 before its first innovation
-  std::vector<std::size_t> of_layout_;     ///< record of each sensor of the run
-  std::vector<bool> nis_alone_;            ///< of each sensor of the run
-  std::vector<std::vector<bool>> angles_;  ///< likewise: which components are angles
+  std::vector<Index> dims_;             ///< of each record; 0 before its first innovation
+  std::vector<Sensor> sensors_;         ///< of the run
+  std::vector<std::size_t> of_layout_;  ///< their records
 };
 
 }  // namespace

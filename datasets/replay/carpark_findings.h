@@ -15,6 +15,7 @@ struct CarparkFinding {
   std::string measured{};  ///< the numbers
   bool holds = false;
   std::string meaning{};  ///< for the paper's claim; may be empty
+  std::string refutes{};  ///< the claim of the paper that fails where this holds; empty: the statement is one
 };
 
 /// Everything that the study was made for: the reference, the order of Figures 5 to 7 with both bounds and

@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures.process
 import dataclasses
 import multiprocessing
+import pickle
 from typing import Any, Callable, Mapping, Optional, Sequence
 
 import numpy as np
@@ -18,10 +19,10 @@ from ._result import Result
 
 
 MOST_RUNS, MOST_STEPS = 10**9, 10**7  # as study.runs of a scenario, and as logs have them
-_MOST_WORKERS = 4096
+MOST_WORKERS = 4096
 
 
-def _switches(noise: Optional[Mapping[str, Any]]) -> Switches:
+def switches_of(noise: Optional[Mapping[str, Any]]) -> Switches:
     known = [field.name for field in dataclasses.fields(Switches)]
     for key in noise or {}:
         if key not in known:
@@ -29,34 +30,89 @@ def _switches(noise: Optional[Mapping[str, Any]]) -> Switches:
     return Switches(**(noise or {}))
 
 
-def _play_in_processes(
-    plan: Plan, bounds: "list[tuple[int, int]]", workers: int, add: Callable[[Chunk], None]
-) -> None:
-    """Plays the batches (first run, runs) and hands them on in their order. Whatever ends it, Ctrl-C among it, ends the
-    processes at once."""
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        raise SystemExit(1)  # the script is being imported by a worker: the study that started it tells
-    context = multiprocessing.get_context("spawn")
-    pool = concurrent.futures.ProcessPoolExecutor(workers, mp_context=context)
-    done = 0
-    try:
-        waiting = [pool.submit(play_batch, plan, *b) for b in bounds]
-        for place, future in enumerate(waiting):
-            add(future.result())
-            done += 1
-            waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
-    except BaseException as error:
-        for process in list((getattr(pool, "_processes", None) or {}).values()):
+def made_by(filter: Callable[..., Any], **factors: Any) -> Any:
+    """A filter. Raises PlugError for what makes none."""
+    if not callable(filter):
+        raise PlugError(f"the filter is a {type(filter).__name__}: expected what makes one when it is called, as its class")
+    return filter(**factors)
+
+
+def plugged_states(
+    world: Any, made: Any, names: Optional[Sequence[str]], angles: Any
+) -> "tuple[Optional[Sequence[str]], int, np.ndarray]":
+    """The names, how many states there can be, and which are angles. Raises PlugError for a world or filter that is none."""
+    require_functions(world, made)
+    n = prior_of(world)[2]
+    if hasattr(made, "states") and names is not None:
+        names = list(names)
+        n = max(n, len(names))
+    return names, n, np.flatnonzero(states_of(names, angles, n)[1])
+
+
+class Players:
+    """Plays batches (first run, runs) and hands them on in their order, in so many processes; of one in this. Whatever
+    ends it, Ctrl-C among it, ends the processes at once."""
+
+    def __init__(self, workers: int):
+        self._workers, self._pool = workers, None
+
+    def __enter__(self) -> "Players":
+        return self
+
+    def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
+        if self._pool is None:
+            return
+        if error is None:
+            return self._pool.shutdown()
+        for process in list((getattr(self._pool, "_processes", None) or {}).values()):
             process.terminate()
-        pool.shutdown(wait=False, cancel_futures=True)
-        if done == 0 and isinstance(error, concurrent.futures.process.BrokenProcessPool):
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def play(self, plan: Plan, bounds: "list[tuple[int, int]]", add: Callable[[Chunk], None]) -> None:
+        if self._workers == 1:
+            for first, runs in bounds:
+                add(play_batch(plan, first, runs))
+            return
+        fresh = self._pool is None
+        if fresh:
+            self._start(plan)
+        done = 0
+        try:
+            waiting = [self._pool.submit(play_batch, plan, *b) for b in bounds]
+            for place, future in enumerate(waiting):
+                chunk = future.result()
+                done += 1
+                waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
+                add(chunk)
+        except concurrent.futures.process.BrokenProcessPool:
+            if not fresh or done > 0:
+                raise
             raise RuntimeError(
-                "a process of workers ended before it played a run: the script must call study under "
+                "a process of workers ended before it played a run: the script must call this under "
                 '`if __name__ == "__main__":`, world and filter must be importable (not of a notebook or of stdin), '
                 "and memory must suffice for all of them"
             ) from None
-        raise
-    pool.shutdown()
+
+    def _start(self, plan: Plan) -> None:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            raise SystemExit(1)  # the script is being imported by a worker: the one that started it tells
+        try:
+            pickle.dumps(plan)
+        except Exception as error:  # PicklingError, AttributeError and TypeError among others
+            raise ValueError(
+                f"workers = {self._workers}: world and filter cannot be handed to other processes ({error}): they must be "
+                "importable, so no lambda, and nothing that is defined within a function"
+            ) from None
+        context = multiprocessing.get_context("spawn")
+        self._pool = concurrent.futures.ProcessPoolExecutor(self._workers, mp_context=context)
+
+
+class _LateSensors(Exception):
+    """The filter has sensors that the first runs did not show, by name with their dimension."""
+
+    def __init__(self, dims: "dict[str, int]"):
+        super().__init__()
+        self.dims = dims
 
 
 def study(
@@ -116,52 +172,54 @@ def study(
     runs, steps = require_whole(runs, "runs", 1, MOST_RUNS), require_whole(steps, "steps", 1, MOST_STEPS)
     seed = require_whole(seed, "seed", 0, LARGEST_SEED)
     noise_group = require_whole(noise_group, "noise_group", 0, LARGEST_SEED)
-    workers = require_whole(workers, "workers", 1, _MOST_WORKERS)
+    workers = require_whole(workers, "workers", 1, MOST_WORKERS)
     require_confidence(confidence)
-    made = filter()
-    require_functions(world, made)
-    n = prior_of(world)[2]
-    if hasattr(made, "states") and names is not None:
-        names = list(names)
-        n = max(n, len(names))
-    marked = np.flatnonzero(states_of(names, angles, n)[1])
     require_text(name, "name")
-    plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise), n)
+    names, n, marked = plugged_states(world, made_by(filter), names, angles)
+    plan = Plan(world, filter, steps, seed, noise_group, batch, marked, switches_of(noise), n)
     require_same_twice(plan, runs)
     require_time_step(plan)
 
     size = batch_runs(steps, n)
     bounds = [(first, min(size, runs - first)) for first in range(0, runs, size)]
-    collected, sensors, told = None, [], False
+    told = False
 
-    def add(chunk: Chunk) -> None:
-        nonlocal collected, sensors, told
-        told = warn_of_no_batch(chunk, told)
-        first = collected is None
-        if first:
-            sensors = [
-                (sensor, nu.shape[-1], nu.shape[-1], innovation_angles_of(innovation_angles, sensor, nu.shape[-1]))
-                for sensor, (nu, _) in chunk.innovations.items()
-            ]
-            collected = collector(names, angles, blocks, n, sensors, True, nonlinear, inflated)
-        late = chunk.innovations.keys() - {sensor for sensor, *_ in sensors}
-        if late:
-            raise PlugError(f"filter.innovation has a sensor {sorted(late)} that the first {size} runs never show")
-        pairs = []
-        for sensor, m, *_ in sensors:
-            shape = (*chunk.error.shape[:2], m)
-            silent = np.full(shape, np.nan), np.broadcast_to(np.eye(m), (*shape, m))
-            pairs.append((*chunk.innovations.get(sensor, silent), None))
-        bundle = _credence.Bundle(chunk.error, chunk.P, pairs, chunk.estimate)
-        if first:
-            collected.look([bundle], _credence.Indexing.stacked, chunk.failures, True)
-        collected.add([bundle], _credence.Indexing.stacked, 0, chunk.failures)
+    def collected_of(players: Players, dims: "dict[str, int]") -> Any:
+        """Of sensors that are known, and those of the first batch."""
+        collected: Any = None
 
-    if workers > 1:
-        _play_in_processes(plan, bounds, workers, add)
-    else:
-        for first, count in bounds:
-            add(play_batch(plan, first, count))
+        def add(chunk: Chunk) -> None:
+            nonlocal collected, told
+            told = warn_of_no_batch(chunk, told)
+            first = collected is None
+            if first:
+                dims.update({s: nu.shape[-1] for s, (nu, _) in chunk.innovations.items() if s not in dims})
+                sensors = [(s, m, m, innovation_angles_of(innovation_angles, s, m)) for s, m in dims.items()]
+                collected = collector(names, angles, blocks, n, sensors, True, nonlinear, inflated)
+            late = {s: nu.shape[-1] for s, (nu, _) in chunk.innovations.items() if s not in dims}
+            if late:
+                raise _LateSensors(late)
+            pairs = []
+            for sensor, m in dims.items():
+                shape = (*chunk.error.shape[:2], m)
+                silent = np.full(shape, np.nan), np.broadcast_to(np.eye(m), (*shape, m))
+                pairs.append((*chunk.innovations.get(sensor, silent), None))
+            bundle = _credence.Bundle(chunk.error, chunk.P, pairs, chunk.estimate)
+            if first:
+                collected.look([bundle], _credence.Indexing.stacked, chunk.failures, True)
+            collected.add([bundle], _credence.Indexing.stacked, 0, chunk.failures)
+
+        players.play(plan, bounds, add)
+        return collected
+
+    dims: "dict[str, int]" = {}
+    while True:  # from the first run on for every sensor that is heard late
+        try:
+            with Players(workers) as players:
+                collected = collected_of(players, dims)
+            break
+        except _LateSensors as late:
+            dims.update(late.dims)
     source = f"simulated, {steps} steps, seed {seed}"
     dt = getattr(world, "dt", 0.0)
     return Result(collected.judge(name, source, confidence, False, dt=float(dt) if np.ndim(dt) == 0 else 0.0))

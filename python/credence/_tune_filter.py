@@ -9,11 +9,10 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import states_of
 from ._check import require_confidence, require_whole
-from ._play import CHUNK, LARGEST_SEED, Chunk, Plan, play_batch, prior_of, require_same_twice, warn_of_no_batch
+from ._play import CHUNK, LARGEST_SEED, Chunk, Plan, require_same_twice, warn_of_no_batch
 from ._result import Result
-from ._study import MOST_RUNS, MOST_STEPS, study
+from ._study import MOST_RUNS, MOST_STEPS, MOST_WORKERS, Players, made_by, plugged_states, study, switches_of
 from ._tune import Told
 
 
@@ -84,6 +83,17 @@ class _Scores:
         return sums[0], sums[1], sums[2], self.steps, self.dof, self.ok
 
 
+def _factors(start: Mapping[str, float]) -> "dict[str, float]":
+    if not isinstance(start, Mapping):
+        raise ValueError(f"start = {start!r}: expected factors by name, as {{'q': 1.0}}")
+    for name, value in start.items():
+        if not isinstance(name, str) or not name.isidentifier():
+            raise ValueError(f"start: {name!r}: expected the name of an argument of the filter")
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+            raise ValueError(f"start: {name} = {value!r}: expected a number")
+    return {name: float(value) for name, value in start.items()}
+
+
 def tune_filter(
     world: Any,
     filter: Callable[..., Any],
@@ -95,8 +105,11 @@ def tune_filter(
     noise_group: int = 0,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
+    innovation_angles: Any = None,
     confidence: float = 0.95,
     batch: bool = True,
+    workers: int = 1,
+    noise: Optional[Mapping[str, Any]] = None,
 ) -> FilterTuning:
     """The factors with which the innovations of a filter written in Python score highest.
 
@@ -106,6 +119,8 @@ def tune_filter(
 
     The runs are played again with the same noise for every trial of the factors. Nothing is judged on the runs tuned on:
     ``held_out`` and ``before`` are studies with as many runs of the next seed.
+    names, angles, innovation_angles, confidence, batch, workers, noise: as in ``study``. A trial that any run fails in is
+    no better than any other; with `start` none may.
 
     Raises ValueError for no factor or one that is not positive, and for a filter that has no scores with its start; PlugError as
     ``study``.
@@ -113,29 +128,40 @@ def tune_filter(
     runs, steps = require_whole(runs, "runs", 1, MOST_RUNS), require_whole(steps, "steps", 1, MOST_STEPS)
     seed = require_whole(seed, "seed", 0, LARGEST_SEED)
     noise_group = require_whole(noise_group, "noise_group", 0, LARGEST_SEED)
+    workers = require_whole(workers, "workers", 1, MOST_WORKERS)
     require_confidence(confidence)
-    factors = {name: float(value) for name, value in start.items()}
-    marked = np.flatnonzero(states_of(names, angles, prior_of(world)[2])[1])
+    factors = _factors(start)
+    names, n, marked = plugged_states(world, made_by(filter, **factors), names, angles)
+    switches = switches_of(noise)
+    bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]
     told = False
 
     def plan_with(values: Sequence[float]) -> Plan:
         make = functools.partial(filter, **dict(zip(factors, values)))
-        return Plan(world, make, steps, seed, noise_group, batch, marked)
+        return Plan(world, make, steps, seed, noise_group, batch, marked, switches, n)
 
-    def play(values: Sequence[float]):
-        nonlocal told
-        plan, scores = plan_with(values), _Scores()
-        for first in range(0, runs, CHUNK):
-            chunk = play_batch(plan, first, min(CHUNK, runs - first))
+    def play(players: Players, values: Sequence[float]) -> Any:
+        scores = _Scores()
+
+        def add(chunk: Chunk) -> None:
+            nonlocal told
             told = warn_of_no_batch(chunk, told)
             scores.add(chunk)
+
+        players.play(plan_with(values), bounds, add)
         return scores.all()
 
     require_same_twice(plan_with(list(factors.values())), runs)
-    tuning = FilterTuning(_credence.tune_filter(list(factors.items()), runs, confidence, play), factors)
+    with Players(workers) as players:
+        score = functools.partial(play, players)
+        tuning = FilterTuning(_credence.tune_filter(list(factors.items()), runs, confidence, score), factors)
     if any(p.identifiable for p in tuning.parameters.values()):
-        fresh = {"runs": runs, "steps": steps, "seed": seed + 1 if seed < LARGEST_SEED else 0}
-        options = {"noise_group": noise_group, "names": names, "angles": angles, "confidence": confidence, "batch": batch}
-        tuning.before = study(world, functools.partial(filter, **factors), **fresh, **options)
-        tuning.held_out = study(world, functools.partial(filter, **tuning.factors), **fresh, **options)
+        def fresh(values: Mapping[str, float]) -> Result:
+            return study(
+                world, functools.partial(filter, **values), runs=runs, steps=steps, noise_group=noise_group, names=names,
+                seed=seed + 1 if seed < LARGEST_SEED else 0, angles=angles, innovation_angles=innovation_angles,
+                confidence=confidence, batch=batch, workers=workers, noise=noise,
+            )  # fmt: skip
+
+        tuning.before, tuning.held_out = fresh(factors), fresh(tuning.factors)
     return tuning

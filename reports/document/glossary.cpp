@@ -120,8 +120,8 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "more than the least trace."},
     {"pessimistic", "conservative|underconfident",
      "errors are smaller than the covariance says: safe, and wasteful",
-     "So it is in every part of the state that was judged. Information is thrown away, or the covariance was "
-     "inflated on purpose."},
+     "So it is in some part of the state, or in the innovations, and in none of them larger. Information is "
+     "thrown away, or the covariance was inflated on purpose."},
     {"pose", "", "position and heading of the vehicle",
      "What a robot drives by; its NEES is always shown, since a sum over a map of many landmarks can hide "
      "it."},

@@ -14,7 +14,7 @@ std::string word_clause(const Word& word, const ConsistencyVerdict& nees,
                         std::span<const BlockVerdict> blocks) {
   std::string clause = word.says;
   const bool one_factor = nees.factor.reason.empty() && (nees.factor.lower > 1.0 || nees.factor.upper < 1.0);
-  if (one_factor && word.verdict != Verdict::mixed && !word.of_few) {
+  if (one_factor && word.verdict != Verdict::mixed && !word.no_factor) {
     const std::string factor = number_text(nees.factor.mean, 3), left = left_by_scale(nees, blocks);
     clause += left.empty() ? fmt::format("; scaling P by {} would make the mean NEES right", factor)
                            : fmt::format("; scaling P by {} would make the mean NEES right but leave {}",

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "montecarlo/worlds/registry.h"
 #include "reports/figures/step_axis.h"
@@ -13,12 +16,37 @@ namespace {
 
 constexpr std::size_t kPose = static_cast<std::size_t>(EstimatorBlock::pose);
 
-/// The yardstick has a colour of its own; the others go by their number.
-ColourRole role_of(const EstimatorStudy& study, std::size_t i) {
-  if (study.rows[i].name == "ideal") return ColourRole::truth;
-  Index number = 0;
+/// How an estimator is drawn.
+struct Look {
+  ColourRole role;
+  StrokeStyle stroke = StrokeStyle::by_role;
+  MarkerShape marker = MarkerShape::by_role;
+};
+
+/// The yardstick has a colour of its own; the others go by their number, and of those that have the same one
+/// lines and markers differ.
+Look look_of(const EstimatorStudy& study, std::size_t i) {
+  if (study.rows[i].name == "ideal") return {ColourRole::truth};
+  std::size_t number = 0;
   for (std::size_t j = 0; j < i; ++j) number += study.rows[j].name == "ideal" ? 0 : 1;
-  return numbered_role(number);
+  constexpr std::size_t kColours = 6;
+  constexpr std::array kShapes = {MarkerShape::dot,     MarkerShape::square, MarkerShape::triangle,
+                                  MarkerShape::diamond, MarkerShape::plus,   MarkerShape::cross};
+  constexpr std::array kStrokes = {StrokeStyle::solid, StrokeStyle::dashed, StrokeStyle::dotted};
+  const std::size_t round = number / kColours;
+  return {numbered_role(static_cast<Index>(number)), kStrokes[round % kStrokes.size()],
+          kShapes[(number + 2 * round) % kShapes.size()]};
+}
+
+void draw_as(const Look& look, Series& series) {
+  series.role = look.role;
+  series.stroke = look.stroke;
+  series.marker = look.marker;
+}
+
+/// "3: fej": every estimator has its number in all panels.
+std::string numbered(const EstimatorStudy& study, std::size_t i) {
+  return fmt::format("{}: {}", i + 1, study.rows[i].name);
 }
 
 bool has_runs(const EstimatorRow& row) { return row.runs > 1; }
@@ -26,8 +54,9 @@ bool has_runs(const EstimatorRow& row) { return row.runs > 1; }
 double finite_upper(const MeanInterval& interval) {
   return std::isfinite(interval.upper) ? interval.upper : interval.mean;
 }
-double finite_lower(const MeanInterval& interval) {
-  return std::isfinite(interval.lower) ? interval.lower : interval.mean;
+/// On a logarithmic axis.
+double positive_lower(const MeanInterval& interval) {
+  return interval.lower > 0.0 ? interval.lower : interval.mean;
 }
 
 std::string nees_label(const EstimatorStudy& study) {
@@ -37,13 +66,18 @@ std::string nees_label(const EstimatorStudy& study) {
 /// NEES with its interval against a number of each estimator.
 Panel against(const EstimatorStudy& study, Panel panel, double (*abscissa)(const EstimatorRow&)) {
   panel.y_label = nees_label(study);
+  panel.log_y = true;
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     const EstimatorRow& row = study.rows[i];
     if (!has_runs(row)) continue;
     const MeanInterval& nees = row.nees[kPose];
-    panel.series.push_back(error_bar_series(row.name, role_of(study, i), {abscissa(row)}, {nees.mean},
-                                            {finite_lower(nees)}, {finite_upper(nees)}));
+    const Look look = look_of(study, i);
+    Series bars = error_bar_series(numbered(study, i), look.role, {abscissa(row)}, {nees.mean},
+                                   {positive_lower(nees)}, {finite_upper(nees)});
+    draw_as(look, bars);
+    panel.series.push_back(std::move(bars));
+    panel.series.push_back(text_series(look.role, {abscissa(row)}, {nees.mean}, {fmt::to_string(i + 1)}));
   }
   return panel;
 }
@@ -58,7 +92,10 @@ Panel over_time(const EstimatorStudy& study) {
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     if (!has_runs(study.rows[i])) continue;
-    panel.series.push_back(line_series(study.rows[i].name, role_of(study, i), ends, study.rows[i].pose_nees));
+    const Look look = look_of(study, i);
+    Series line = line_series(numbered(study, i), look.role, ends, study.rows[i].pose_nees);
+    draw_as(look, line);
+    panel.series.push_back(std::move(line));
   }
   return panel;
 }
@@ -76,12 +113,14 @@ Panel over_runs(const EstimatorStudy& study) {
     if (!has_runs(study.rows[i])) continue;
     const Band& band = study.rows[i].bands[kPose];
     const double x = static_cast<double>(i) + 1.0;
-    Series quartiles = line_series("", role_of(study, i), {x, x}, {band[1], band[3]});
+    const Look look = look_of(study, i);
+    Series quartiles = line_series("", look.role, {x, x}, {band[1], band[3]});
     quartiles.weight = 4.0;
     quartiles.stroke = StrokeStyle::solid;
     panel.series.push_back(std::move(quartiles));
-    panel.series.push_back(error_bar_series(fmt::format("{}: {}", i + 1, study.rows[i].name),
-                                            role_of(study, i), {x}, {band[2]}, {band[0]}, {band[4]}));
+    Series bars = error_bar_series(numbered(study, i), look.role, {x}, {band[2]}, {band[0]}, {band[4]});
+    bars.marker = look.marker;
+    panel.series.push_back(std::move(bars));
   }
   return panel;
 }
@@ -106,7 +145,7 @@ std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
                .x_label = study.has_vehicle ? "RMSE of position (m)" : "RMSE of the state"},
               [](const EstimatorRow& row) { return row.position_rmse_m.mean; }));
   figure.panels.push_back(
-      against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)"},
+      against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)", .log_x = true},
               [](const EstimatorRow& row) { return 1e6 * row.profile.seconds_per_step; }));
   figure.panels.push_back(over_time(study));
   figure.panels.push_back(over_runs(study));

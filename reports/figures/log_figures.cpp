@@ -30,9 +30,10 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   return figure;
 }
 
-bool is_position(const RunLayout& layout, const std::string& state) {
+bool is_place(const RunLayout& layout, const std::string& state) {
   return std::ranges::any_of(layout.blocks, [&](const Block& block) {
-    return block.part == Part::position && std::ranges::any_of(block.states, [&](Index i) {
+    const bool of_places = block.part == Part::position || block.part == Part::landmark;
+    return of_places && std::ranges::any_of(block.states, [&](Index i) {
              return layout.states[static_cast<std::size_t>(i)] == state;
            });
   });
@@ -51,8 +52,8 @@ Figure errors_figure(const std::string& name, const RunErrors& run, const LogAna
   }
   Figure figure{
       .name = name + "-errors",
-      .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "
-                             "filter stays between them at 95 % of the steps.",
+      .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims, between which "
+                             "at each step 95 of 100 runs of a consistent filter lie.",
                              states > run.states.size()
                                  ? fmt::format(" of the first {} of {} states", run.states.size(), states)
                                  : "")};
@@ -63,9 +64,9 @@ Figure errors_figure(const std::string& name, const RunErrors& run, const LogAna
     const auto scaled = [](double factor) { return [factor](double value) { return factor * value; }; };
     Panel panel{.title = state->name,
                 .x_label = step_label(times),
-                .y_label = state->angle                       ? "error (°)"
-                           : is_position(layout, state->name) ? "error (m)"
-                                                              : "error"};
+                .y_label = state->angle                    ? "error (°)"
+                           : is_place(layout, state->name) ? "error (m)"
+                                                           : "error"};
     panel.series = error_series("error", ColourRole::estimate, x, figure_data(state->error, scaled(scale)),
                                 figure_data(state->sigma, scaled(2.0 * scale)));
     figure.panels.push_back(std::move(panel));

@@ -69,3 +69,77 @@ class UntimedNoise(Filter):
 
     def predict(self, dt):
         super().predict()
+
+
+LATE = 5  # the step from which on the third state is measured
+
+
+class MapWorld(World):
+    """A third state that nothing changes: a landmark, first seen at step LATE."""
+
+    def initial(self, noise):
+        return np.concatenate([super().initial(noise), 3.0 * noise(1)], axis=-1)
+
+    def step(self, x, k, noise):
+        return np.concatenate([super().step(x[..., :2], k, noise), x[..., 2:]], axis=-1)
+
+    def measure(self, x, k, noise):
+        z = super().measure(x[..., :2], k, noise)
+        seen = x[..., 2:] + 0.5 * noise(1)
+        return z, seen if k >= LATE else None
+
+
+class MapFilter(Filter):
+    def reset(self, mean, P):
+        super().reset(mean, P)
+        self.place = self.variance = None
+
+    def update(self, z):
+        z, seen = z
+        super().update(z)
+        if seen is None:
+            return
+        if self.place is None:
+            self.place, self.variance = seen, 0.25
+        else:
+            K = self.variance / (self.variance + 0.25)
+            self.place, self.variance = self.place + K * (seen - self.place), (1.0 - K) * self.variance
+
+
+class Growing:
+    """Shows what MapFilter has."""
+
+    masks, claimed = False, 1.0
+
+    def __init__(self):
+        self.filter = MapFilter()
+
+    def reset(self, mean, P):
+        self.filter.reset(mean, P)
+
+    def predict(self):
+        self.filter.predict()
+
+    def update(self, z):
+        self.filter.update(z)
+
+    def states(self):
+        n = 2 if self.filter.place is None else 3
+        return np.arange(3) < n if self.masks else np.arange(n)
+
+    @property
+    def state(self):
+        f = self.filter
+        if f.place is None:
+            return np.concatenate([f.state, f.state[..., :1]], axis=-1) if self.masks else f.state
+        return np.concatenate([f.state, f.place], axis=-1)
+
+    @property
+    def covariance(self):
+        f = self.filter
+        if f.place is None and not self.masks:
+            return f.covariance
+        P = np.zeros((*f.covariance.shape[:-2], 3, 3))
+        P[..., :2, :2] = f.covariance
+        P[..., 2, 2] = np.nan if f.place is None else self.claimed * f.variance
+        return P

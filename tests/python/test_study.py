@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from filters import F, H, Q, R
-from plugs import Filter, Fragile, Optimistic, TimedFilter, TimedWorld, UntimedNoise, World
+from plugs import LATE, Filter, Fragile, Growing, MapWorld, Optimistic, TimedFilter, TimedWorld, UntimedNoise, World
 
 STUDY = {"runs": 150, "steps": 40, "seed": 4}
 
@@ -77,6 +77,30 @@ def test_sensors_that_only_some_runs_have_are_kept_of_single_runs():
     result = credence.study(world, _SeenByOne, batch=False, runs=40, steps=20, seed=3)
     assert {sensor.name for sensor in result.sensors} == {"a", "b"}
     assert result.to_dict()["nis"]["values"] == 40 * 20
+
+
+class _HeardLate(Filter):
+    """The runs of the second batch, of 88, have another sensor."""
+
+    def update(self, z):
+        super().update(z)
+        sensor = "b" if len(z) == 88 else "a"
+        self.innovation, self.S = {sensor: self.innovation}, {sensor: self.S}
+
+
+def test_a_sensor_that_is_first_heard_late_is_one():
+    result = credence.study(World(), _HeardLate, runs=600, steps=10)
+    assert [sensor.name for sensor in result.sensors] == ["a", "b"]
+    assert result.to_dict()["nis"]["values"] == 600 * 10
+    alone = credence.study(World(), Filter, runs=600, steps=10)
+    np.testing.assert_array_equal(result.mean_nees, alone.mean_nees)
+
+
+def test_what_makes_no_filter_is_told():
+    with pytest.raises(credence.PlugError, match="the filter is a Filter: expected what makes one when it is called"):
+        credence.study(World(), Filter(), **STUDY)
+    with pytest.raises(ValueError, match="workers = 2: world and filter cannot be handed to other processes"):
+        credence.study(World(), lambda: Filter(), workers=2, **STUDY)
 
 
 def test_a_study_is_a_check_of_what_it_played():
@@ -304,80 +328,6 @@ def test_noise_that_does_not_scale_with_the_time_step_is_named():
     assert timed.to_dict() == credence.study(World(), Filter, runs=64, steps=10).to_dict()
     with pytest.raises(ValueError, match="Q does not scale with dt: two predictions of half a step"):
         credence.study(TimedWorld(), UntimedNoise, runs=64, steps=10)
-
-
-LATE = 5  # the step from which on the third state is measured
-
-
-class MapWorld(World):
-    """A third state that nothing changes: a landmark, first seen at step LATE."""
-
-    def initial(self, noise):
-        return np.concatenate([super().initial(noise), 3.0 * noise(1)], axis=-1)
-
-    def step(self, x, k, noise):
-        return np.concatenate([super().step(x[..., :2], k, noise), x[..., 2:]], axis=-1)
-
-    def measure(self, x, k, noise):
-        z = super().measure(x[..., :2], k, noise)
-        seen = x[..., 2:] + 0.5 * noise(1)
-        return z, seen if k >= LATE else None
-
-
-class MapFilter(Filter):
-    def reset(self, mean, P):
-        super().reset(mean, P)
-        self.place = self.variance = None
-
-    def update(self, z):
-        z, seen = z
-        super().update(z)
-        if seen is None:
-            return
-        if self.place is None:
-            self.place, self.variance = seen, 0.25
-        else:
-            K = self.variance / (self.variance + 0.25)
-            self.place, self.variance = self.place + K * (seen - self.place), (1.0 - K) * self.variance
-
-
-class Growing:
-    """Shows what MapFilter has."""
-
-    masks, claimed = False, 1.0
-
-    def __init__(self):
-        self.filter = MapFilter()
-
-    def reset(self, mean, P):
-        self.filter.reset(mean, P)
-
-    def predict(self):
-        self.filter.predict()
-
-    def update(self, z):
-        self.filter.update(z)
-
-    def states(self):
-        n = 2 if self.filter.place is None else 3
-        return np.arange(3) < n if self.masks else np.arange(n)
-
-    @property
-    def state(self):
-        f = self.filter
-        if f.place is None:
-            return np.concatenate([f.state, f.state[..., :1]], axis=-1) if self.masks else f.state
-        return np.concatenate([f.state, f.place], axis=-1)
-
-    @property
-    def covariance(self):
-        f = self.filter
-        if f.place is None and not self.masks:
-            return f.covariance
-        P = np.zeros((*f.covariance.shape[:-2], 3, 3))
-        P[..., :2, :2] = f.covariance
-        P[..., 2, 2] = np.nan if f.place is None else self.claimed * f.variance
-        return P
 
 
 class Masked(Growing):

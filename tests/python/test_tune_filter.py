@@ -5,7 +5,7 @@ import credence
 import numpy as np
 import pytest
 from filters import H, Q, R
-from plugs import Filter, World
+from plugs import Filter, Growing, MapWorld, World
 
 
 class Scaled(Filter):
@@ -65,6 +65,67 @@ def test_errors_name_what_is_wrong():
 
     with pytest.raises(ValueError, match="no scores"):
         credence.tune_filter(World(), Silent, {"q": 1.0}, runs=5, steps=5)
+
+
+@pytest.mark.parametrize(
+    "start, told",
+    [
+        ([1.0], "start = .*: expected factors by name"),
+        ({1: 1.0}, "start: 1: expected the name of an argument"),
+        ({"q": "a"}, "start: q = 'a': expected a number"),
+        ({"q": True}, "start: q = True: expected a number"),
+    ],
+)
+def test_a_start_that_is_none_is_named(start, told):
+    with pytest.raises(ValueError, match=told):
+        credence.tune_filter(World(), Scaled, start, runs=5, steps=5)
+    with pytest.raises(credence.PlugError, match="the filter is a Scaled"):
+        credence.tune_filter(World(), Scaled(), {"q": 1.0}, runs=5, steps=5)
+
+
+def test_processes_change_nothing():
+    one, two = (
+        credence.tune_filter(World(), Scaled, {"q": 5.0}, runs=130, steps=20, workers=workers) for workers in (1, 2)
+    )
+    assert two.factors == one.factors and repr(two) == repr(one)
+
+
+class Expanding(Growing):
+    """Believes in r times the noise of what sees its landmark, and tells that innovation."""
+
+    def __init__(self, r=1.0):
+        super().__init__()
+        self.r = r
+
+    def update(self, z):
+        f, (z, seen) = self.filter, z
+        super().update((z, None))
+        self.innovation, self.S = {"": f.innovation}, {"": f.S}
+        if seen is None:
+            return
+        noise = 0.25 * self.r
+        if f.place is None:
+            f.place, f.variance = seen, noise
+            return
+        self.innovation["landmark"], self.S["landmark"] = seen - f.place, np.array([[f.variance + noise]])
+        K = f.variance / (f.variance + noise)
+        f.place, f.variance = f.place + K * (seen - f.place), (1.0 - K) * f.variance
+
+
+def test_a_filter_whose_state_grows_is_tuned():
+    names = ["vehicle", "speed", "landmark"]
+    tuning = credence.tune_filter(MapWorld(), Expanding, {"r": 4.0}, names=names, runs=60, steps=20)
+    p = tuning.parameters["r"]
+    assert p.identifiable and p.lower < 1.0 < p.upper and p.upper < 1.5
+    assert (tuning.before.verdict, tuning.held_out.verdict) == ("pessimistic", "consistent")
+
+
+def test_noise_is_that_of_a_study():
+    plain = credence.tune_filter(World(), Scaled, {"r": 1.0}, runs=60, steps=30)
+    noisy = credence.tune_filter(
+        World(), Scaled, {"r": 1.0}, runs=60, steps=30, noise={"outlier_rate": 0.05, "outlier_scale": 10}
+    )
+    assert noisy.factors["r"] > 2.0 * plain.factors["r"]
 
 
 def test_ctrl_c_is_not_swallowed():

@@ -15,10 +15,10 @@ struct CauseRule {
 // In the order in which they are asked: what no covariance mends, what stands beside other causes, then what
 // each takes for granted that those before it were not.
 constexpr CauseRule kRules[] = {
+    {find_unwrapped_angle, false},
     {find_rejected_innovations, false},
     {find_runs_that_are_lost, true},
     {find_shared_noise, true},
-    {find_unwrapped_angle, false},
     {find_wide_angle, false},
     {find_outliers, false},
     {find_heavy_tails, true},
@@ -72,6 +72,29 @@ bool takes_the_rest_for_granted(Cause cause) {
     case Cause::covariance_scale: return true;
     default: return false;
   }
+}
+
+/// Whether innovations tell it, in all runs: then a run that is lost does not hide it.
+bool told_by_innovations(Cause cause) {
+  switch (cause) {
+    case Cause::gated_innovations:
+    case Cause::innovation_unit:
+    case Cause::innovation_correlation:
+    case Cause::process_noise_too_small:
+    case Cause::process_noise_too_large:
+    case Cause::measurement_noise_too_small:
+    case Cause::measurement_noise_too_large:
+    case Cause::measurement_noise_of_components:
+    case Cause::process_or_measurement_noise:
+    case Cause::coloured_noise: return true;
+    default: return false;
+  }
+}
+
+/// Beside lost runs, where innovations are too small: no run that is lost makes them so.
+bool wrong_beside_lost_runs(const Findings& findings) {
+  const Verdict nis = findings.nis.verdict;
+  return !findings.lost.runs.empty() && (nis == Verdict::pessimistic || nis == Verdict::mixed);
 }
 
 }  // namespace
@@ -130,11 +153,35 @@ std::string_view to_string(Cause cause) {
   return "unknown";
 }
 
+Verdict side_of(Cause cause) {
+  switch (cause) {
+    case Cause::lost_runs:
+    case Cause::unwrapped_angle:
+    case Cause::outliers:
+    case Cause::late_measurements:
+    case Cause::bias:
+    case Cause::nonlinear_start:
+    case Cause::process_noise_too_small:
+    case Cause::measurement_noise_too_small:
+    case Cause::linearisation:
+    case Cause::linearisation_or_bias:
+    case Cause::process_noise_or_linearisation:
+    case Cause::truth: return Verdict::optimistic;
+    case Cause::process_noise_too_large:
+    case Cause::measurement_noise_too_large:
+    case Cause::inflation: return Verdict::pessimistic;
+    default: return Verdict::undecided;
+  }
+}
+
 std::vector<CauseFound> find_causes(const Findings& findings) {
   std::vector<CauseFound> found;
+  const bool beside_lost = wrong_beside_lost_runs(findings);
   for (const auto& [find, alone] : kRules) {
-    if (alone && !found.empty()) continue;
-    const Causes more = find(findings);
+    const bool only_lost = beside_lost && found.size() == 1 && found.front().cause == Cause::lost_runs;
+    if (alone && !found.empty() && !only_lost) continue;
+    Causes more = find(findings);
+    if (only_lost) std::erase_if(more, [](const CauseFound& c) { return !told_by_innovations(c.cause); });
     found.insert(found.end(), more.begin(), more.end());
   }
   if (!found.empty() && takes_the_rest_for_granted(found.front().cause))

@@ -47,6 +47,9 @@ enum class Cause {
 /// The cause in words.
 std::string_view to_string(Cause cause);
 
+/// `optimistic` or `pessimistic` where it makes a filter nothing else; else `undecided`.
+Verdict side_of(Cause cause);
+
 /// A cause with its reason, the numbers included.
 struct CauseFound {
   Cause cause = Cause::covariance_scale;

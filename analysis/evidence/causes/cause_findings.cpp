@@ -17,6 +17,7 @@
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/shape/second_moments.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -279,6 +280,18 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e,
   return result;
 }
 
+std::string unmarked_angles_of(const Evidence& e) {
+  std::string text;
+  for (const auto& [state, errors] : e.turns) {
+    if (const auto turns = turns_off(errors, e.rows)) append_item(text, turns_text(state, *turns), "; ");
+  }
+  for (const SensorSums& s : e.sensors) {
+    const std::string of_sensor = turns_text(s.sensor.name, s.turns, e.rows);
+    if (!of_sensor.empty()) append_item(text, of_sensor, "; ");
+  }
+  return text;
+}
+
 }  // namespace
 
 Findings findings_of(const Evidence& e, const Judgement& j) {
@@ -292,6 +305,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
     findings.unwrapped_innovations += e.sensors[i].unwrapped;
     share.merge(e.sensors[i].measurement_share);
   }
+  findings.unmarked_angles = unmarked_angles_of(e);
   findings.far_tail_probability = SensorSums::kFarTail;
   findings.gross_outliers = gross_outliers_of(e);
   if (findings.far_tail && findings.gross_outliers.all > 0) {  // which only outliers are told by

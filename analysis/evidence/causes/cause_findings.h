@@ -130,6 +130,7 @@ struct Findings {
   /// Of errors that P claims to be uncorrelated, over all steps of the runs.
   std::optional<ErrorCorrelationTest> error_correlation = {};
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
+  std::string unmarked_angles = {};        ///< which numbers are a turn off (whole_turns.h); empty: none
   CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
   double white_share = 0.0;  ///< of the variance of NEES, what one row does not share with the next

@@ -32,8 +32,9 @@ Causes find_shared_noise(const Findings& findings);
 
 // Angles and laws: what no covariance mends, and what is no fault of the covariance (cause_rules_law.cpp).
 
-/// Innovations that are angles. Names unwrapped_angle where one lies beyond half a turn: no test, since none
-/// that is wrapped can.
+/// Innovations that are angles, and all that is not marked as one. Names unwrapped_angle where one lies
+/// beyond half a turn, since none that is wrapped can, and where what is not marked lies a turn off
+/// (turns_off): no test.
 Causes find_unwrapped_angle(const Findings& findings);
 /// Angles of the state. Names wide_angle where NEES is inconsistent and one in a hundred has a σ beyond
 /// kWideAngle: no test, as P says so.

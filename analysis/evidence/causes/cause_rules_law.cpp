@@ -138,10 +138,14 @@ Causes find_shared_noise(const Findings& findings) {
 }
 
 Causes find_unwrapped_angle(const Findings& findings) {
-  if (findings.unwrapped_innovations == 0) return {};
-  return {{Cause::unwrapped_angle,
-           fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
-                       findings.unwrapped_innovations)}};
+  std::string why;
+  if (findings.unwrapped_innovations > 0) {
+    why = fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
+                      findings.unwrapped_innovations);
+  }
+  if (!findings.unmarked_angles.empty()) append_item(why, findings.unmarked_angles, "; ");
+  if (why.empty()) return {};
+  return {{Cause::unwrapped_angle, why}};
 }
 
 Causes find_wide_angle(const Findings& findings) {

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "analysis/laws/mean/student.h"
 #include "core/append_item.h"
+#include "montecarlo/engine/moments.h"
 
 namespace credence::internal {
 namespace {
@@ -39,15 +42,22 @@ LostRuns find_lost_runs(std::span<const RunCourse> runs) {
   }
   const double typical = median_of_runs(std::move(means));
   LostRuns found;
+  Moments others;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RunCourse& run = runs[i];
-    if (!(run.mean > kBeyondMedian * typical) || run.beyond < kFewestLostRows) continue;
+    if (!(run.mean > kBeyondMedian * typical) || run.beyond < kFewestLostRows) {
+      others.add(run.mean);
+      continue;
+    }
     found.runs.push_back({static_cast<std::int64_t>(i), run.first, run.mean});
     add(run, -1.0);
   }
   if (found.runs.empty() || kMostOf * found.runs.size() > runs.size()) return {};
   found.others = static_cast<std::int64_t>(runs.size() - found.runs.size());
   found.factor_of_others = sum / rows;
+  const auto count = static_cast<double>(others.count);
+  const double t = (others.mean - 1.0) / std::sqrt(others.variance() / count);
+  found.p_value_of_others = student_two_sided_p_value(t, count - 1.0);
   const bool wrong = !(found.factor_of_others < kOthersWrong && found.factor_of_others > 1.0 / kOthersWrong);
   return wrong ? LostRuns{} : found;
 }

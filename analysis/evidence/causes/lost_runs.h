@@ -25,10 +25,14 @@ struct LostRun {
 struct LostRuns {
   std::vector<LostRun> runs;  ///< in their order; empty: none
   std::int64_t others = 0;
-  double factor_of_others = 1.0;  ///< the mean of their NEES over the expected one
+  double factor_of_others = 1.0;   ///< the mean of their NEES over the expected one
+  double p_value_of_others = 1.0;  ///< that it is 1, by Student's t of the means of these runs
 
-  /// Whether nothing is to be mended in these, as a factor within a quarter of 1 says.
-  bool others_are_right() const { return factor_of_others < 1.25 && factor_of_others > 0.8; }
+  /// Whether nothing is to be mended in these: the factor is within a quarter of 1, and nothing but chance.
+  bool others_are_right() const {
+    constexpr double kLevel = 0.05;
+    return factor_of_others < 1.25 && factor_of_others > 0.8 && p_value_of_others > kLevel;
+  }
 };
 
 /// The runs that are lost, of at least five of which no more than a quarter are.

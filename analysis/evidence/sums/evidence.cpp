@@ -92,6 +92,7 @@ void SensorSums::merge(const SensorSums& later) {
   measurement_share.merge(later.measurement_share);
   changes.merge(later.changes);
   unwrapped += later.unwrapped;
+  merge_series(turns, later.turns);
 }
 
 void RunSums::merge(const RunSums& later, double least_dof) {
@@ -158,6 +159,7 @@ void Evidence::merge(Evidence later) {
   merge_series(clean_nis, later.clean_nis);
   nees_outliers += later.nees_outliers;
   nis_outliers += later.nis_outliers;
+  for (const auto& [state, of_state] : later.turns) turns[state].merge(of_state);
   narrow_angles.inside += later.narrow_angles.inside;
   narrow_angles.total += later.narrow_angles.total;
   rows += later.rows;

@@ -10,6 +10,7 @@
 #include "analysis/evidence/sums/law_sums.h"
 #include "analysis/evidence/sums/run_course.h"
 #include "analysis/evidence/sums/score_sums.h"
+#include "analysis/evidence/sums/whole_turns.h"
 #include "analysis/laws/correlation/coarse_series.h"
 #include "analysis/laws/correlation/lateness.h"
 #include "analysis/laws/correlation/whiteness.h"
@@ -110,9 +111,10 @@ struct SensorSums {
   /// The same of (ν_p/σ_p ± ν_q/σ_q)²/(2 (1 ± r_pq)) of every two of them, r the correlation that S has, q <
   /// p: of 1 and 0 the sum and the difference, of 2 and 0, of 2 and 1, and so on.
   std::vector<Moments> pairs;
-  Moments measurement_share;   ///< tr(S⁻¹ R)/m: the part of S that is R
-  ChangesByNis changes;        ///< of log det P, after the first fifth of each run
-  std::int64_t unwrapped = 0;  ///< components that are angles, beyond half a turn
+  Moments measurement_share;      ///< tr(S⁻¹ R)/m: the part of S that is R
+  ChangesByNis changes;           ///< of log det P, after the first fifth of each run
+  std::int64_t unwrapped = 0;     ///< components that are angles, beyond half a turn
+  std::vector<WholeTurns> turns;  ///< of the components of a piece that are not marked as angles
 };
 
 /// The normalised innovations of two sensors at the same steps, one under the other: uncorrelated where the
@@ -171,9 +173,10 @@ struct Evidence {
   std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
   SumsOverSteps clean_nees, clean_nis;       ///< without gross outliers
   std::int64_t nees_outliers = 0, nis_outliers = 0;
-  CoverageCount narrow_angles{};  ///< angles of the state at a step whose σ is within kWideAngle
-  std::int64_t rows = 0;          ///< steps seen, rejected ones included
-  std::int64_t step_stride = 1;   ///< of the steps that have sums of their own (step_series.h)
+  std::map<std::string, WholeTurns> turns;  ///< of the errors of states that are not marked as angles
+  CoverageCount narrow_angles{};            ///< angles of the state at a step whose σ is within kWideAngle
+  std::int64_t rows = 0;                    ///< steps seen, rejected ones included
+  std::int64_t step_stride = 1;             ///< of the steps that have sums of their own (step_series.h)
   std::map<std::string, RejectedRows> rejected;  ///< by the reason
   std::vector<double> first_run;  ///< NEES / dof of a run alone at its rows; empty once there are more runs
   Index state_dim = 0;            ///< the largest of all logs

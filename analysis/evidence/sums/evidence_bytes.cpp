@@ -12,12 +12,12 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 15;
+constexpr std::uint32_t kFormat = 16;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
     std::same_as<T, SkewedMoments> || std::same_as<T, CoverageCount> || std::same_as<T, StepSums> ||
-    std::same_as<T, ScoreMoments>;
+    std::same_as<T, ScoreMoments> || std::same_as<T, WholeTurns>;
 
 /// Writes or reads values, one description of each type for both.
 template <class Bytes>
@@ -211,7 +211,7 @@ class Pass {
   void one(Held<SensorSums>& s) {
     (*this)(s.varies, s.nis, s.by_dimension, s.fit, s.far_tail, s.largest_nis, s.ties, s.lags, s.run_means,
             s.first, s.scalar_lags, s.scalar_run_means, s.values, s.scalar_values, s.components, s.pairs,
-            s.measurement_share, s.changes.bins, s.unwrapped);
+            s.measurement_share, s.changes.bins, s.unwrapped, s.turns);
     require(s.changes.bins.empty() || s.changes.bins.size() == ChangesByNis::kBins);
   }
 
@@ -277,8 +277,9 @@ class Pass {
 
   void one(Held<Evidence>& e) {
     (*this)(e.layout, e.study, e.blocks, e.sensors, e.coverage, e.whole_runs, e.law, e.lateness, e.scores,
-            e.sensor_pairs, e.clean_nees, e.clean_nis, e.nees_outliers, e.nis_outliers, e.narrow_angles,
-            e.rows, e.step_stride, e.rejected, e.first_run, e.state_dim, e.joint_covariance, e.has_truth);
+            e.sensor_pairs, e.clean_nees, e.clean_nis, e.nees_outliers, e.nis_outliers, e.turns,
+            e.narrow_angles, e.rows, e.step_stride, e.rejected, e.first_run, e.state_dim, e.joint_covariance,
+            e.has_truth);
     constexpr std::int64_t kMostStride = std::int64_t{1} << 40;
     require(e.step_stride >= 1 && e.step_stride <= kMostStride &&
             std::has_single_bit(static_cast<std::uint64_t>(e.step_stride)));

@@ -211,6 +211,7 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     run.last_state.P = step.P;
   }
   if (lead_ >= 0) run.last = step.lead;
+  if (whole.value > WholeTurns::kGross) add_turns_of_states(step);
   for (const Index i : places.angles) sums_.narrow_angles.add(step.variance[i] <= kWideAngle * kWideAngle);
   add_law(run, places, step);
   add_lateness(run, step);
@@ -220,6 +221,16 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     ++sums_.nees_outliers;
   } else if (entry_ > 0) {
     at_step(sums_.clean_nees, entry_).add(whole.value, whole.dof);
+  }
+}
+
+void EvidenceRecorder::add_turns_of_states(const NormalisedStep& step) {
+  for (std::size_t i = 0; i < step.states.size(); ++i) {
+    const auto state = static_cast<std::size_t>(step.states[i]);
+    const auto at = static_cast<Index>(i);
+    const double error = step.error[at], variance = step.variance[at];
+    if (!layout_.angles[state] && WholeTurns::concerns(error, variance))
+      sums_.turns[layout_.states[state]].add(error, variance);
   }
 }
 
@@ -328,6 +339,8 @@ void EvidenceRecorder::add_innovation(OpenRun& run, std::size_t i, const Normali
   SensorSums& sums = sums_.sensor(sensor);
   if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
   if (value.complete) sums.unwrapped += count_unwrapped(value.nu, sensor.angles);
+  if (value.value > WholeTurns::kGross)
+    add_turns(value.nu, value.variance, sensor.piece, sensor.angles, sums.turns);
   run.innovations[i].add(sensor, value, run.change, run.log_determinant - run.change);
 }
 

@@ -106,7 +106,7 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   Word word{.verdict = verdict,
             .p_value = joint.p_value,
             .says = {},
-            .of_few = false,
+            .no_factor = false,
             .of_S_alone = is_inconsistent(verdict),
             .joined = {}};
   say(parts, joint, alpha, word);

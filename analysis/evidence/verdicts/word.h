@@ -42,7 +42,7 @@ struct Word {
   double p_value = 0.0;  ///< the word is not `consistent` iff it is at most 1 − confidence; NaN without data
   std::string says;      ///< what and when: "optimistic in heading from step 40 on"
   std::vector<std::string> named{};  ///< the parts in which it is so
-  bool of_few = false;  ///< a few runs or rows are wrong and the others are not: no factor on P mends that
+  bool no_factor = false;   ///< none on P mends it: a few runs or rows alone are wrong, or what was logged is
   bool of_S_alone = false;  ///< innovations reject, and nothing that judges P does
   std::vector<JoinedVerdict> joined;
 };

@@ -12,9 +12,11 @@
 #include <utility>
 
 #include "core/manifold/angle.h"
+#include "core/nan.h"
 #include "core/number_text.h"
 #include "datasets/logs/conventions/reading_fit.h"
 #include "datasets/logs/conventions/thinned.h"
+#include "datasets/logs/conventions/truth_readings.h"
 
 namespace credence::internal {
 namespace {
@@ -210,8 +212,12 @@ void StepConventions::add(const Step& step) {
   const std::size_t n = layout_.states.size();
   if (!step.problem.empty() || n == 0 || n > kMostStates || step.states.size() != n) return;
   if (keep_thinned(rows_, stride_, seen_)) {
-    Matrix& row = rows_.emplace_back(step.error.size(), step.error.size() + 1);
-    std::copy(step.error.begin(), step.error.end(), std::copy_n(step.P.data(), step.P.size(), row.data()));
+    const Index of_states = step.error.size();
+    Matrix& row = rows_.emplace_back(of_states, of_states + 2);
+    row.leftCols(of_states) = step.P;
+    row.col(of_states) = step.error;
+    row.col(of_states + 1).setConstant(kNaN);
+    if (step.estimate.size() == of_states) row.col(of_states + 1) = step.estimate;
   }
 }
 
@@ -239,6 +245,7 @@ void StepConventions::finish() {
   }
   if (!best) {
     if (std::string order = other_order(); !order.empty()) return hint(std::move(order));
+    if (std::string truth = other_truth(layout_, rows_); !truth.empty()) return hint(std::move(truth));
     return unexplained();
   }
   hint(

@@ -9,7 +9,8 @@ namespace credence::internal {
 
 /// Hands everything on, and looks whether errors that do not fit their covariance would fit with a mistake of
 /// units undone: standard deviations for variances, an information matrix, degrees among radians in one angle
-/// or in all of them; else whether P is written in another order than the states, part by part.
+/// or in all of them; else whether P is written in another order than the states, part by part, or truth and
+/// estimate do not fit together (truth_readings.h).
 ///
 /// For logs of any states; poses are looked at by ConventionCheck. Keeps at most 4096 of the steps at which
 /// all states are there, evenly spread; looks at nothing with more than 24 states.
@@ -27,7 +28,7 @@ class StepConventions final : public ForwardingSink {
   std::string other_order() const;
 
   RunLayout layout_;
-  std::vector<Matrix> rows_;  ///< P, and the error as a last column
+  std::vector<Matrix> rows_;  ///< P, and as further columns error and estimate (NaN: not known)
   std::size_t stride_ = 1, seen_ = 0;
 };
 

@@ -57,7 +57,7 @@ ReportTable claims_table(const std::vector<Claim>& claims) {
                                 {"source", words},
                                 {"verdict", words},
                                 {"measured", words},
-                                {"in the long run", words}}};
+                                {"beyond that", words}}};
   for (const Claim& c : claims) {
     table.add({c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
                c.measured, c.long_run});
@@ -93,7 +93,7 @@ Document claims_document(const std::vector<Claim>& claims) {
     document.show({fmt::format("{}: {} ({})", c.id, to_string(c.verdict), c.source)});
     document.show(claim_lines(c.statement, 2));
     document.show(claim_lines("measured: " + c.measured, 4));
-    if (!c.long_run.empty()) document.show(claim_lines("in the long run: " + c.long_run, 4));
+    if (!c.long_run.empty()) document.show(claim_lines("beyond that: " + c.long_run, 4));
     document.show({""});
   }
 

@@ -32,14 +32,31 @@ std::string with_interval(const MeanInterval& interval) {
   return interval_text(interval.mean, interval.lower, interval.upper, 4);
 }
 
-/// The same with a tone that says whether 1 lies in it.
-TableCell nees_cell(const MeanInterval& nees) {
-  if (nees.count == 0) return {"–", CellTone::muted};
-  if (!nees.reason.empty()) return number_text(nees.mean, 3);
-  const CellTone tone = nees.lower > 1.0   ? CellTone::alarm
-                        : nees.upper < 1.0 ? CellTone::caution
-                                           : CellTone::good;
-  return {with_interval(nees), tone};
+std::string nees_text(const MeanInterval& nees) {
+  if (nees.count == 0) return "–";
+  return nees.reason.empty() ? with_interval(nees) : number_text(nees.mean, 3);
+}
+
+/// Whether 1 lies outside of the interval, which of a few among many is chance.
+bool deviates(const MeanInterval& nees) {
+  return nees.count > 0 && nees.reason.empty() && (nees.lower > 1.0 || nees.upper < 1.0);
+}
+
+/// The same with a tone that says what all estimators together say of it, of what is judged so.
+TableCell nees_cell(const EstimatorRow& row, EstimatorBlock block, double confidence) {
+  const MeanInterval& nees = nees_of(row, block);
+  const bool is_judged = block == EstimatorBlock::pose || block == EstimatorBlock::map;
+  CellTone tone = CellTone::muted;
+  if (nees.count > 0 && nees.reason.empty()) {
+    const Verdict verdict = is_judged ? verdict_of(row, block, confidence) : Verdict::consistent;
+    tone = verdict == Verdict::optimistic    ? CellTone::alarm
+           : verdict == Verdict::pessimistic ? CellTone::caution
+           : deviates(nees)                  ? CellTone::plain
+                                             : CellTone::good;
+  } else if (nees.count > 0) {
+    tone = CellTone::plain;
+  }
+  return {nees_text(nees), tone};
 }
 
 TableCell rmse_cell(const MeanInterval& rmse, double unit) {
@@ -189,15 +206,16 @@ ReportTable estimator_table(const EstimatorStudy& study) {
     add_columns({{"NEES", words}, {"RMSE"}});
   }
   add_columns({{"unobservable"}, {"time a step", words}, {"failed runs"}});
+  const double confidence = study.scenario.study.confidence;
   for (const EstimatorRow& row : study.rows) {
     std::vector<TableCell> cells = {row.name};
     if (study.has_vehicle) {
       for (const EstimatorBlock block : {heading, position, pose, map}) {
-        cells.push_back(nees_cell(nees_of(row, block)));
+        cells.push_back(nees_cell(row, block, confidence));
       }
       cells.push_back(rmse_cell(row.heading_rmse_rad, kDegrees));
     } else {
-      cells.push_back(nees_cell(nees_of(row, pose)));
+      cells.push_back(nees_cell(row, pose, confidence));
     }
     cells.push_back(rmse_cell(row.position_rmse_m, 1.0));
     cells.emplace_back(row.unobservable);
@@ -206,9 +224,9 @@ ReportTable estimator_table(const EstimatorStudy& study) {
     table.add(std::move(cells));
   }
   table.notes = {fmt::format("{} NEES over dof, averaged over all steps of a run; mean over the runs with "
-                             "its {:g} % interval, each by itself; the answer takes all estimators together "
-                             "(Holm). 1 is consistent, above is optimistic.",
-                             runs_text(study), 100.0 * study.scenario.study.confidence),
+                             "its {:g} % interval, each by itself; the answer, and the colours, take all "
+                             "estimators together (Holm). 1 is consistent, above is optimistic.",
+                             runs_text(study), 100.0 * confidence),
                  "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open "
                  "in run 0. time a step: predict and update, without statistics.",
                  study.note};
@@ -223,8 +241,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
     if (row.profile.chart == "plane") continue;
     table.notes.push_back(fmt::format(
         "{}: its chart is {}. In the plane its pose NEES is {}; the position of its chart has {}.", row.name,
-        row.profile.chart_text, nees_cell(nees_of(row, plane_pose)).text,
-        nees_cell(nees_of(row, chart_position)).text));
+        row.profile.chart_text, nees_text(nees_of(row, plane_pose)),
+        nees_text(nees_of(row, chart_position))));
   }
   for (std::string& note : failure_notes(study)) table.notes.push_back(std::move(note));
   for (const EstimatorRow& row : study.rows) {
@@ -264,8 +282,9 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
   }
   const std::string position = number_text(std::sqrt(bound.position_squared), 3);
   table.notes = {fmt::format(
-      "No estimator without bias has an RMSE below {} ([Tichavsky 1998]: Jacobians along the true path). "
-      "Efficiency: the bound over the mean squared error, with the interval of the latter.",
+      "On average over all noise no estimator without bias has an RMSE below {} ([Tichavsky 1998]: Jacobians "
+      "along the true path); that of these runs may be below by chance. Efficiency: the bound over the mean "
+      "squared error, with the interval of the latter.",
       study.has_vehicle ? fmt::format("{} ° and {} m",
                                       number_text(kDegrees * std::sqrt(bound.heading_squared), 3), position)
                         : position)};
@@ -273,7 +292,8 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
 }
 
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
-  std::vector<std::string> consistent, optimistic, pessimistic, unknown, map_optimistic, map_pessimistic;
+  std::vector<std::string> consistent, alone, optimistic, pessimistic, unknown, map_optimistic,
+      map_pessimistic;
   const double confidence = study.scenario.study.confidence;
   for (const EstimatorRow& row : study.rows) {
     const MeanInterval &pose = nees_of(row, EstimatorBlock::pose), &map = nees_of(row, EstimatorBlock::map);
@@ -288,7 +308,7 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
                                  number_text(pose.mean, 3)));
       continue;
     }
-    consistent.push_back(row.name);
+    (deviates(pose) ? alone : consistent).push_back(row.name);
     const Verdict of_map = verdict_of(row, EstimatorBlock::map, confidence);
     if (is_inconsistent(of_map)) {
       (of_map == Verdict::optimistic ? map_optimistic : map_pessimistic)
@@ -305,10 +325,14 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
   }
   const bool all_right = optimistic.empty() && pessimistic.empty();
   if (!consistent.empty()) {
-    const std::string of_any = all_right ? fmt::format(" the {} of any:", judged(study)) : "";
+    const std::string of_any =
+        all_right && alone.empty() ? fmt::format(" the {} of any:", judged(study)) : "";
     sentences.push_back(fmt::format("No evidence against{} {}", of_any, fmt::join(consistent, ", ")));
-  } else if (unknown.empty()) {
+  } else if (unknown.empty() && alone.empty()) {
     sentences.emplace_back("None is consistent");
+  }
+  if (!alone.empty()) {
+    sentences.push_back(fmt::format("Inconsistent alone, but not among so many: {}", fmt::join(alone, ", ")));
   }
   for (const auto& [word, names] :
        {std::pair("optimistic", &map_optimistic), {"pessimistic", &map_pessimistic}}) {

@@ -91,9 +91,10 @@ bool told_by_errors(Cause cause) {
   return std::ranges::find(kCauses, cause) != std::end(kCauses);
 }
 
-/// Whether errors or innovations of the wrong size tell it.
+/// Whether errors or innovations of the wrong size or mean tell it.
 bool told_by_size(Cause cause) {
-  constexpr Cause kCauses[] = {Cause::process_noise_too_small,
+  constexpr Cause kCauses[] = {Cause::bias,
+                               Cause::process_noise_too_small,
                                Cause::process_noise_too_large,
                                Cause::measurement_noise_too_small,
                                Cause::measurement_noise_too_large,
@@ -181,6 +182,8 @@ void drop_explained_causes(Judgement& judgement) {
   std::erase_if(judgement.causes, [&](const CauseFound& found) {
     return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));
   });
+  judgement.scale_covariance = no_scale("a mistake of what was logged is named");
+  judgement.word.no_factor = true;
 }
 
 Document log_document(CheckedLogs given) {

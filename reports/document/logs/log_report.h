@@ -69,7 +69,8 @@ struct InputMistakes {
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      InputMistakes mistakes, CheckedLogs& logs);
 
-/// Where a mistake is named that makes errors misfit, drops the causes that these errors alone tell.
+/// Where a mistake is named that makes errors misfit, drops the causes and the factor on P that these errors
+/// alone tell.
 void drop_explained_causes(Judgement& judgement);
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read

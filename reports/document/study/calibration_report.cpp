@@ -33,7 +33,8 @@ std::string conformal_sentence(const ConformalFactor& c) {
 
 std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
   return fmt::format(
-      "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth {} independent "
+      "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth at least {} "
+      "independent "
       "ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {} takes {} independent rows with "
       "none beyond.",
       shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
@@ -92,12 +93,16 @@ Json distance_json(std::span<const DistanceBin> bins) {
   });
 }
 
+bool has_bars(const MeanInterval& factor) {
+  return std::isfinite(factor.lower) && std::isfinite(factor.upper);
+}
+
 /// Claimed σ and the σ that the errors have, of the bins of one state: the claimed one by the root of the
 /// factor, whose interval the bars are (the RMSE is the mean of another quantity, and may lie outside).
 Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
   FigureData claimed, measured, lower, upper;
   for (const SigmaBin& bin : bins) {
-    const bool interval = std::isfinite(bin.factor.lower) && std::isfinite(bin.factor.upper);
+    const bool interval = has_bars(bin.factor);
     const auto scaled = [&](double factor) { return bin.claimed * std::sqrt(factor); };
     claimed.push_back(bin.claimed);
     measured.push_back(std::isfinite(bin.factor.mean) ? scaled(bin.factor.mean) : bin.rmse);
@@ -134,7 +139,8 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
   if (std::string text = claimed_sigma_sentence(c.claimed_sigma, 1.0 - c.confidence); !text.empty())
     sentences.push_back(std::move(text));
   if (std::string text = conformal_sentence(c.conformal); !text.empty()) sentences.push_back(std::move(text));
-  if (c.protection.front().rows > 0)
+  constexpr double kFewestRows = 20.0;  // of fewer next to nothing is shown
+  if (c.protection.front().rows > 0 && c.protection[1].effective_rows >= kFewestRows)
     sentences.push_back(protection_sentence(c.protection[1], c.protection.back()));
   if (std::string text = distance_sentence(c); !text.empty()) sentences.push_back(std::move(text));
   return sentences;
@@ -172,7 +178,7 @@ Figure sigma_figure(const std::string& name, const Calibration& c, std::span<con
       .caption =
           "The σ that the errors have, which is the claimed one times √(mean e²/σ²), against the σ "
           "that the filter claims, in ranges of it, in the unit of the state (angles in rad): points "
-          "above the line are optimistic, points below it pessimistic; bars are intervals."};
+          "above the line are optimistic, points below it pessimistic"};
   for (std::size_t i = 0; i < c.bins.size() && figure.panels.size() < kPanels;) {
     std::size_t end = i;
     while (end < c.bins.size() && c.bins[end].state == c.bins[i].state) ++end;
@@ -181,6 +187,8 @@ Figure sigma_figure(const std::string& name, const Calibration& c, std::span<con
           sigma_panel(std::span(c.bins).subspan(i, end - i), state_name(states, c.bins[i].state)));
     i = end;
   }
+  const auto has_interval = [](const SigmaBin& bin) { return has_bars(bin.factor); };
+  figure.caption += std::ranges::any_of(c.bins, has_interval) ? "; bars are intervals." : ".";
   arrange(figure);
   return figure;
 }

@@ -275,6 +275,21 @@ std::vector<std::string> scaled_sensors(const Judgement& b) {
   return sentences;
 }
 
+/// Of a filter that is optimistic here and pessimistic there: the side of which no cause speaks.
+std::string unexplained_side(std::span<const CauseFound> causes) {
+  if (causes.empty()) return {};
+  const auto all = [&](Verdict side) {
+    return std::ranges::all_of(causes, [side](const CauseFound& c) { return side_of(c.cause) == side; });
+  };
+  for (const Verdict told : {Verdict::optimistic, Verdict::pessimistic}) {
+    if (!all(told)) continue;
+    return fmt::format("That explains only where it is {}: of where it is {} no cause was found.",
+                       to_string(told),
+                       to_string(told == Verdict::optimistic ? Verdict::pessimistic : Verdict::optimistic));
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::string> advice_sentences(const Judgement& b) {
@@ -298,12 +313,18 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
                                     to_string(cause.cause), cause.why));
   }
   if (!wrong) return sentences;
+  if (b.word.verdict == Verdict::mixed) {
+    if (std::string rest = unexplained_side(b.causes); !rest.empty()) sentences.push_back(std::move(rest));
+  }
   const ScaleAdvice& scale = b.scale_covariance;
   if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
     const std::string left = left_by_scale(b.nees, b.blocks);
     sentences.push_back(fmt::format("Scaling P by {} would make the mean NEES right{}.", factor_text(scale),
                                     left.empty() ? "" : " but leave " + left));
   }
+  // A scale of S that mends NIS leaves errors that are wrong in the other direction worse.
+  if (b.word.verdict == Verdict::mixed && is_inconsistent(b.nees.verdict) && b.nees.verdict != b.nis.verdict)
+    return sentences;
   const ScaleAdvice& of_S = b.scale_innovation;
   if (b.sensors.size() > 1) {
     std::ranges::move(scaled_sensors(b), std::back_inserter(sentences));

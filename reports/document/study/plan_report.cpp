@@ -80,8 +80,8 @@ std::string design_note(const StudyPlan& plan) {
 std::string detectable_note(const char* name, const VerdictPlan& plan, const StudyPlan& study) {
   return fmt::format(
       "The {} runs of the scenario show in {} a factor below {} or above {} with {:g} % power.",
-      study.scenario.study.runs, name, number_text(plan.detectable.below, 3),
-      number_text(plan.detectable.above, 3), 100.0 * study.question.power);
+      study.scenario.study.runs, name, number_text(plan.detectable.below, 4),
+      number_text(plan.detectable.above, 4), 100.0 * study.question.power);
 }
 
 constexpr std::int64_t kManyCores = 10'000;

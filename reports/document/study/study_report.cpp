@@ -101,7 +101,7 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
       "factor on P: the true covariance over the claimed one, on average over steps, with its interval. "
       "NEES: squared error in units of P, mean of expected; NIS: of the innovation in units of S.",
       "consistent: no evidence against P. optimistic: errors are larger than P says; do not trust it. "
-      "pessimistic: smaller everywhere. mixed: larger here, smaller there; do not trust it.",
+      "pessimistic: smaller somewhere, larger nowhere. mixed: larger here, smaller there; do not trust it.",
       fmt::format("The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, "
                   "NIS and all blocks and steps together.",
                   100.0 * (1.0 - confidence))};

@@ -191,9 +191,9 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
     const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;
     for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(swept_text(value));
-    row.insert(row.end(), {verdict_cell(overall_verdict(a)),
-                           sweep.stands(i) ? TableCell("stands") : TableCell("–", CellTone::muted),
-                           against_expected(a.nees)});
+    row.insert(row.end(),
+               {verdict_cell(overall_verdict(a)),
+                sweep.stands(i) ? TableCell("stands") : TableCell("–", CellTone::muted), part_cell(a.nees)});
     if (has_pose) row.push_back(a.vehicle_nees ? part_cell(*a.vehicle_nees) : TableCell("–"));
     row.insert(row.end(),
                {part_cell(a.nis), a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),

@@ -49,7 +49,7 @@ Json tuned_sensor_json(const InnovationTuning& t) {
                    {"nis", {{"mean", t.left_out_parts.mean_nis}, {"expected", t.dof}}},
                    {"runs", t.left_out_parts.parts},
                    {"parts_are", t.left_out_parts.of_runs ? "runs" : "stretches"},
-                   {"rejected", t.left_out_parts.rejected}};
+                   {"rejected", t.left_out_parts.tested ? Json(t.left_out_parts.rejected) : Json()}};
   return j;
 }
 
@@ -105,12 +105,13 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
                    ? "–"
                    : fmt::format("{} (white: within ±{})", number_text(t.lag_one, 2), number_text(t.band, 2)),
                gain_cell(t),
-               fmt::format("{} of {} {} rejected", parts.rejected, parts.parts,
-                           parts.of_runs ? "runs" : "stretches")});
+               parts.tested ? fmt::format("{} of {} {} rejected", parts.rejected, parts.parts,
+                                          parts.of_runs ? "runs" : "stretches")
+                            : "not tested"});
   }
   table.notes.emplace_back(
-      "Left out: the mean NIS of each part over that of the others, by the F law, adjusted by Holm; it takes "
-      "the innovations for white.");
+      "Left out: the mean NIS of each part over that of the others, by the F law, adjusted by Holm, where "
+      "the innovations look white.");
   return table;
 }
 

@@ -58,7 +58,7 @@ ReportTable tune_forecast_table(const TuningForecast& forecast) {
   ReportTable table{.title = "What these data can tell, if the present filter is right",
                     .columns = {{"parameter", ColumnAlign::words},
                                 {"known to ±", ColumnAlign::numbers},
-                                {"steps for ±10 %", ColumnAlign::numbers},
+                                {"steps for ±10 %, if so", ColumnAlign::numbers},
                                 {"", ColumnAlign::words}},
                     .notes = {fmt::format("{} steps. ±: one standard error of the logarithm.",
                                           fmt::format("{:.0f}", forecast.steps))}};

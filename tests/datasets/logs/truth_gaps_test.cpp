@@ -34,7 +34,7 @@ SpatialPose on_curve(double t) {
           Eigen::Quaterniond(Eigen::AngleAxisd(2.0 * std::sin(0.4 * t), Eigen::Vector3d::UnitZ()))};
 }
 
-Trajectory curve(int seconds) {
+Trajectory trajectory_on_a_curve(int seconds) {
   Trajectory fine = empty_truth();
   for (int k = 0; k <= seconds * kPerSecond; ++k) {
     const double t = static_cast<double>(k) / kPerSecond;
@@ -89,7 +89,8 @@ Squares real_over_told(const Trajectory& fine, const Trajectory& truth) {
 TEST(TruthGaps, WhatIsToldIsNoLessThanWhatTheTruthIsOffAndNoMoreThanThreeTimesIt) {
   constexpr double kNoise = 9.0;  // of a square: three times
   const auto is_near = [&](double ratio) { return ratio > 1.0 / kNoise && ratio <= 1.0; };
-  const Trajectory on_a_curve = curve(300), position = walk(2000, false), velocity = walk(2000, true);
+  const Trajectory on_a_curve = trajectory_on_a_curve(300), position = walk(2000, false),
+                   velocity = walk(2000, true);
   const Squares of_curve = real_over_told(on_a_curve, each_second_of(on_a_curve));
   EXPECT_PRED1(is_near, of_curve.position);
   EXPECT_PRED1(is_near, of_curve.rotation);
@@ -100,7 +101,7 @@ TEST(TruthGaps, WhatIsToldIsNoLessThanWhatTheTruthIsOffAndNoMoreThanThreeTimesIt
 TEST(TruthGaps, NoiseOfTheTruthIsNoMotion) {
   std::mt19937_64 random(6);
   std::normal_distribution<double> normal;
-  Trajectory at_rest = each_second_of(curve(2000));
+  Trajectory at_rest = each_second_of(trajectory_on_a_curve(2000));
   for (SpatialPose& pose : at_rest.poses) {
     pose = {};
     for (double& x : pose.position) x = normal(random);
@@ -112,7 +113,7 @@ TEST(TruthGaps, NoiseOfTheTruthIsNoMotion) {
 }
 
 TEST(TruthGaps, ALongerGapTellsMore) {
-  const Trajectory fine = curve(300);
+  const Trajectory fine = trajectory_on_a_curve(300);
   Trajectory truth = each_second_of(fine);
   const auto cut = [](auto& of, int from, int to) { of.erase(of.begin() + from, of.begin() + to); };
   cut(truth.time_s, 101, 104);
@@ -127,7 +128,7 @@ TEST(TruthGaps, ALongerGapTellsMore) {
 }
 
 TEST(TruthGaps, ATimeOfARowHasNoGap) {
-  const Trajectory truth = each_second_of(curve(100));
+  const Trajectory truth = each_second_of(trajectory_on_a_curve(100));
   EXPECT_THAT(TruthGaps(truth, kAnyGap).at(30.0), IsEmpty());
   EXPECT_THAT(TruthGaps(truth, kAnyGap).at(30.0 + 0.5 * kSameTime_s), IsEmpty());
   EXPECT_THAT(TruthGaps(truth, kAnyGap).at(30.5), SizeIs(2));
@@ -182,7 +183,7 @@ TEST(TruthGaps, OfAWalkNoGapIsChosenByChance) {
 }
 
 TEST(TruthGaps, ARightFilterIsRightByATruthThatIsSlower) {
-  const Trajectory fine = curve(300), estimate = estimate_of(fine, 0.1);
+  const Trajectory fine = trajectory_on_a_curve(300), estimate = estimate_of(fine, 0.1);
   for (const TruthTime truth_time : {TruthTime::interpolated, TruthTime::nearest}) {
     TrajectoryMatching matching = kAnyGap;
     matching.truth_time = truth_time;
@@ -200,7 +201,7 @@ TEST(TruthGaps, ARightFilterIsRightByATruthThatIsSlower) {
 }
 
 TEST(TruthGaps, WhereNoRowIsLeftItSaysWhatWouldLeaveSome) {
-  const Trajectory fine = curve(100);
+  const Trajectory fine = trajectory_on_a_curve(100);
   Trajectory estimate = estimate_of(fine, 1e-6);
   for (double& t : estimate.time_s) t += 0.01;
   estimate.time_s.back() = 99.5;

@@ -1,8 +1,11 @@
 #include "reports/figures/estimator_figures.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 
 #include "core/nan.h"
 
@@ -41,15 +44,15 @@ TEST(EstimatorFigures, EachEstimatorStandsAtItsErrorItsCostAndItsTime) {
   EXPECT_NO_THROW(validate(figures[0]));
   const std::vector<Panel>& panels = figures[0].panels;
   ASSERT_EQ(panels.size(), 4U);
-  const Series* accuracy = estimator_series(panels[0], "ekf");
+  const Series* accuracy = estimator_series(panels[0], "2: ekf");
   ASSERT_NE(accuracy, nullptr);
   EXPECT_THAT(accuracy->x, ElementsAre(testing::DoubleEq(0.3)));
   EXPECT_THAT(accuracy->y, ElementsAre(3.0));
   EXPECT_THAT(accuracy->lower, ElementsAre(testing::DoubleEq(2.7)));
   EXPECT_THAT(accuracy->upper, ElementsAre(testing::DoubleEq(3.6)));
-  EXPECT_THAT(estimator_series(panels[1], "ekf")->x, ElementsAre(testing::DoubleEq(6.0))) << "µs";
-  EXPECT_THAT(estimator_series(panels[2], "ekf")->x, ElementsAre(10.0, 20.0));
-  EXPECT_THAT(estimator_series(panels[2], "ekf")->y, ElementsAre(3.0, 6.0));
+  EXPECT_THAT(estimator_series(panels[1], "2: ekf")->x, ElementsAre(testing::DoubleEq(6.0))) << "µs";
+  EXPECT_THAT(estimator_series(panels[2], "2: ekf")->x, ElementsAre(10.0, 20.0));
+  EXPECT_THAT(estimator_series(panels[2], "2: ekf")->y, ElementsAre(3.0, 6.0));
   const Series* runs = estimator_series(panels[3], "2: ekf");
   ASSERT_NE(runs, nullptr);
   EXPECT_THAT(runs->x, ElementsAre(2.0));
@@ -61,11 +64,28 @@ TEST(EstimatorFigures, EachEstimatorStandsAtItsErrorItsCostAndItsTime) {
 TEST(EstimatorFigures, WhatHasNoRunsIsLeftOutAndTheYardstickHasAColourOfItsOwn) {
   EstimatorStudy study = three_estimators();
   const Figure figure = estimator_figures(study).at(0);
-  for (const Panel& panel : figure.panels) EXPECT_EQ(estimator_series(panel, "failed"), nullptr);
-  EXPECT_EQ(estimator_series(figure.panels[0], "ideal")->role, ColourRole::truth);
-  EXPECT_EQ(estimator_series(figure.panels[0], "ekf")->role, numbered_role(0));
+  for (const Panel& panel : figure.panels) EXPECT_EQ(estimator_series(panel, "3: failed"), nullptr);
+  EXPECT_EQ(estimator_series(figure.panels[0], "1: ideal")->role, ColourRole::truth);
+  EXPECT_EQ(estimator_series(figure.panels[0], "2: ekf")->role, numbered_role(0));
   for (EstimatorRow& row : study.rows) row.runs = 1;
   EXPECT_TRUE(estimator_figures(study).empty());
+}
+
+TEST(EstimatorFigures, NoTwoOfManyLookAlike) {
+  EstimatorStudy study = three_estimators();
+  study.rows.clear();
+  for (int i = 0; i < 16; ++i) study.rows.push_back(estimator(i == 5 ? "ideal" : fmt::format("e{}", i), 2.0));
+  const Figure figure = estimator_figures(study).at(0);
+  std::set<std::tuple<ColourRole, MarkerShape>> points;
+  std::set<std::tuple<ColourRole, StrokeStyle>> lines;
+  for (int i = 0; i < 16; ++i) {
+    const std::string label = fmt::format("{}: {}", i + 1, i == 5 ? "ideal" : fmt::format("e{}", i));
+    const Series *point = estimator_series(figure.panels[0], label),
+                 *line = estimator_series(figure.panels[2], label);
+    ASSERT_TRUE(point != nullptr && line != nullptr) << label;
+    EXPECT_TRUE(points.emplace(point->role, point->marker).second) << label;
+    EXPECT_TRUE(lines.emplace(line->role, line->stroke).second) << label;
+  }
 }
 
 TEST(EstimatorFigures, AnIntervalThatIsNotKnownIsNoBar) {
@@ -73,7 +93,7 @@ TEST(EstimatorFigures, AnIntervalThatIsNotKnownIsNoBar) {
   study.rows[1].nees.fill({.mean = 3.0, .lower = kNaN, .upper = kNaN, .count = 2});
   const Figure figure = estimator_figures(study).at(0);
   EXPECT_NO_THROW(validate(figure));
-  EXPECT_THAT(estimator_series(figure.panels[0], "ekf")->upper, ElementsAre(3.0));
+  EXPECT_THAT(estimator_series(figure.panels[0], "2: ekf")->upper, ElementsAre(3.0));
 }
 
 TEST(EstimatorFigures, WithoutAVehicleNothingIsAPose) {

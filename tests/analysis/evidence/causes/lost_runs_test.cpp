@@ -52,6 +52,18 @@ TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   EXPECT_EQ(names_of(named), "run 13 of dv");
 }
 
+// A factor near 1 that is known well is no chance.
+TEST(LostRuns, ManyOthersThatAreALittleWrongAreWrong) {
+  auto nees = consistent_runs(200, 100, 3, 0.9, 1);
+  for (std::size_t k = 50; k < 100; ++k) nees[7][k] += 60.0;
+  EXPECT_TRUE(lost_of(nees, 3.0).others_are_right());
+  for (std::vector<double>& run : nees)
+    for (double& value : run) value *= 1.2;
+  const LostRuns lost = lost_of(nees, 3.0);
+  EXPECT_NEAR(lost.factor_of_others, 1.2, 0.05);
+  EXPECT_FALSE(lost.others_are_right());
+}
+
 TEST(LostRuns, OfConsistentRunsNoneIsLost) {
   for (unsigned seed = 1; seed <= 400; ++seed) {
     const double memory = seed % 2 == 0 ? 0.0 : 0.99;

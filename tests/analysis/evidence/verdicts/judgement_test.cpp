@@ -731,7 +731,7 @@ TEST(Judgement, ErrorsOfSingleRowsAreNamed) {
     EXPECT_EQ(j.word.verdict, Verdict::optimistic);
     ASSERT_EQ(j.causes.size(), 1U);
     EXPECT_EQ(j.causes[0].cause, Cause::truth);
-    EXPECT_TRUE(j.word.of_few) << "no factor on P mends it";
+    EXPECT_TRUE(j.word.no_factor) << "no factor on P mends it";
     const std::string says = fmt::format(
         "{} of {} rows have errors beyond any that P leaves room for, one at a time, where those of a filter "
         "fade: a glitch of the truth, or of what was logged (first: run 3, its row 37); without them mean "
@@ -1121,8 +1121,23 @@ TEST(Judgement, OneRunThatDivergesIsNotAloneWhereTheOthersAreWrongToo) {
     if (run == 7 && row.step > 50) row.error[2] += 60.0;
   }));
   EXPECT_NEAR(j.lost.factor_of_others, 1.44, 0.15);
-  EXPECT_NE(j.word.says.find("optimistic, above all in run 7 of 20, from its row 51 on"), std::string::npos)
+  EXPECT_EQ(j.word.says.find("optimistic"), 0U) << j.word.says;
+  EXPECT_NE(j.word.says.find("; above all in run 7 of 20, from its row 51 on"), std::string::npos)
       << j.word.says;
+}
+
+// Innovations that are too small in all runs are none of a run that is lost.
+TEST(Judgement, OneRunThatDivergesHidesNothingThatIsWrongInAll) {
+  const Judgement j = judge(logs_of(20, 100, 0.5, 1.0, [](Step& row, int run) {
+    if (run == 7 && row.step > 50) row.error[2] += 40.0;
+    for (Innovation& innovation : row.innovations) innovation.S *= 4.0;
+  }));
+  EXPECT_EQ(j.word.verdict, Verdict::mixed);
+  EXPECT_EQ(j.word.says.find(" alone"), std::string::npos) << j.word.says;
+  EXPECT_NE(j.word.says.find("pessimistic in NIS"), std::string::npos) << j.word.says;
+  EXPECT_NE(j.word.says.find("above all in run 7 of 20"), std::string::npos) << j.word.says;
+  ASSERT_GE(j.causes.size(), 2U);
+  EXPECT_EQ(j.causes[0].cause, Cause::lost_runs);
 }
 
 TEST(Judgement, ALostRunHasItsNumberAmongTheFailedOnes) {

@@ -19,19 +19,20 @@ namespace {
 
 using testing::HasSubstr;
 
-Scenario load(const std::vector<std::string>& overrides = {}) {
+Scenario tracking_scenario(const std::vector<std::string>& overrides = {}) {
   return load_scenario_text("[world]\nmodel = \"tracking\"\n", "t.toml", overrides);
 }
 
-std::string refusal(const std::vector<std::string>& overrides) {
-  return scenario_refusal([&] { load(overrides); });
+std::string tracking_refusal(const std::vector<std::string>& overrides) {
+  return scenario_refusal([&] { tracking_scenario(overrides); });
 }
 
 // [Bar-Shalom 2001], eqs (6.2.2-4) and (6.2.2-12), with T = 0.5 and q = 0.2.
 TEST(TrackingWorld, HasTheModelOfTheBook) {
   const LinearProblem p =
-      linear_problem(load({"world.dimensions=3", "world.dt=0.5", "noise.acceleration_density=0.2",
-                           "noise.position_std=2", "initial.velocity_std=3", "filter.process_scale=2"}))
+      linear_problem(
+          tracking_scenario({"world.dimensions=3", "world.dt=0.5", "noise.acceleration_density=0.2",
+                             "noise.position_std=2", "initial.velocity_std=3", "filter.process_scale=2"}))
           .value();
   ASSERT_EQ(p.truth.state_dim(), 6);
   EXPECT_EQ(p.truth.F(1, 4), 0.5);
@@ -50,16 +51,16 @@ TEST(TrackingWorld, HasTheModelOfTheBook) {
 }
 
 TEST(TrackingWorld, KeysBelongToTheirSensor) {
-  EXPECT_EQ(refusal({"world.sensor=range_bearing", "noise.range_std=2"}), "accepted");
-  EXPECT_THAT(refusal({"noise.range_std=2"}),
+  EXPECT_EQ(tracking_refusal({"world.sensor=range_bearing", "noise.range_std=2"}), "accepted");
+  EXPECT_THAT(tracking_refusal({"noise.range_std=2"}),
               HasSubstr("accepted only with world.model = \"planar\", or with world.model = \"tracking\" and "
                         "world.sensor = \"range_bearing\""));
-  EXPECT_THAT(refusal({"world.sensor=range_bearing", "noise.position_std=2"}),
+  EXPECT_THAT(tracking_refusal({"world.sensor=range_bearing", "noise.position_std=2"}),
               HasSubstr("accepted only with world.model = \"tracking\" and world.sensor = \"position\""));
-  EXPECT_THAT(refusal({"world.sensor=range_bearing", "world.dimensions=3"}),
+  EXPECT_THAT(tracking_refusal({"world.sensor=range_bearing", "world.dimensions=3"}),
               HasSubstr("must be 2 with world.sensor = \"range_bearing\""));
-  EXPECT_THAT(refusal({"world.dimensions=4"}), HasSubstr("an integer from 1 to 3"));
-  const Scenario s = load({"world.sensor=range_bearing", "initial.velocity_std=2"});
+  EXPECT_THAT(tracking_refusal({"world.dimensions=4"}), HasSubstr("an integer from 1 to 3"));
+  const Scenario s = tracking_scenario({"world.sensor=range_bearing", "initial.velocity_std=2"});
   Scenario again = load_scenario_text(canonical_toml(s), "t.toml");
   EXPECT_EQ(again, s);
 }
@@ -67,7 +68,7 @@ TEST(TrackingWorld, KeysBelongToTheirSensor) {
 // A filter that knows the truth: E[NEES] = 2d, E[NIS] = d, in lanes.
 TEST(TrackingWorld, PositionsAreTrackedConsistently) {
   for (const int d : {1, 2, 3}) {
-    const auto experiment = make_experiment(load({"world.dimensions=" + std::to_string(d)}));
+    const auto experiment = make_experiment(tracking_scenario({"world.dimensions=" + std::to_string(d)}));
     const StudyStatistics statistics = study_of_runs(*experiment, 4000, 1);
     for (const std::size_t k : {0U, 20U, 99U}) {
       const double n = 2.0 * d, runs = 4000.0;
@@ -85,7 +86,7 @@ TEST(TrackingWorld, ThreadsAndChunksGiveTheSameBits) {
            {"noise.detection_probability=0.5"},
            {"world.sensor=range_bearing"},
            {"world.sensor=range_bearing", "noise.detection_probability=0.5"}}) {
-    const auto experiment = make_experiment(load(variant));
+    const auto experiment = make_experiment(tracking_scenario(variant));
     EXPECT_EQ(to_bytes(study_of_runs(*experiment, 200, 1)), to_bytes(study_of_runs(*experiment, 200, 2)));
     const StudyStatistics one = experiment->run_chunk(7, 1);
     const RunTrace trace = experiment->trace(7);

@@ -108,7 +108,8 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
             "against fej");
   EXPECT_EQ(answer_of({wasteful}).tone, CellTone::caution);
   const EstimatorRow one_of_many = estimator_row("ukf", 1.1, 1.01, {0.2, 1.0});  // of its own interval 0.02
-  EXPECT_EQ(answer_of({one_of_many, good}).text, "No evidence against the pose of any: ukf, fej");
+  EXPECT_EQ(answer_of({one_of_many, good}).text,
+            "No evidence against fej. Inconsistent alone, but not among so many: ukf");
   EstimatorRow of_map = good;
   of_map.nees[static_cast<std::size_t>(EstimatorBlock::map)] = {
       .mean = 1.35, .lower = 1.16, .upper = 1.63, .count = 20};

@@ -74,6 +74,25 @@ TEST(LogReport, OfAWrongFilterSaysWhatToDoAndWhatWouldMendIt) {
   EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("NEES: optimistic.")));
 }
 
+TEST(LogReport, BesideAMistakeOfTheLogErrorsTellNoCauseAndNoFactor) {
+  CheckedLogs logs = synthetic_logs(Defect::none);
+  Judgement& judgement = logs.analysis.judgement;
+  judgement.word.verdict = judgement.nees.verdict = Verdict::optimistic;
+  judgement.word.says = "optimistic throughout";
+  judgement.nees.factor = {.mean = 4.0, .lower = 3.0, .upper = 5.0, .reason = ""};
+  const auto found = [](Cause cause) { return CauseFound{cause, "why"}; };
+  judgement.causes = {found(Cause::bias), found(Cause::covariance_scale), found(Cause::unwrapped_angle)};
+  EXPECT_THAT(log_answer(logs), HasSubstr("scaling P by 4"));
+  drop_explained_causes(judgement);
+  EXPECT_THAT(judgement.causes, ElementsAre(::testing::Field(&CauseFound::cause, Cause::unwrapped_angle)));
+  EXPECT_FALSE(judgement.scale_covariance.reason.empty());
+  EXPECT_THAT(log_answer(logs), Not(HasSubstr("scaling P")));
+  judgement.nis.verdict = Verdict::optimistic;
+  judgement.causes = {found(Cause::bias)};
+  drop_explained_causes(judgement);
+  EXPECT_EQ(judgement.causes.size(), 1U) << "innovations may have told it";
+}
+
 TEST(LogReport, EveryBlockHasARowAndTheTerminalOne) {
   const CheckedLogs logs = synthetic_logs(Defect::none);
   const Document document = log_document(logs);

@@ -139,6 +139,26 @@ TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
   EXPECT_THAT(advice_sentences(judgement), IsEmpty()) << "nothing is to be mended";
 }
 
+// NIS is too small and NEES too large: what mends the one makes the other worse.
+TEST(AdviceSentences, OfWhatIsMixedTheSideWithoutACauseIsTold) {
+  Judgement judgement;
+  judgement.word.verdict = Verdict::mixed;
+  judgement.nees.verdict = Verdict::optimistic;
+  judgement.nis.verdict = Verdict::pessimistic;
+  judgement.scale_covariance.reason = "none";
+  judgement.scale_innovation = {.factor = 0.5, .lower = 0.4, .upper = 0.6};
+  judgement.causes = {{Cause::measurement_noise_too_large, "NIS is 0.5"}};
+  EXPECT_THAT(
+      advice_sentences(judgement),
+      ElementsAre(
+          HasSubstr("Likely cause"),
+          "That explains only where it is pessimistic: of where it is optimistic no cause was found."));
+  judgement.causes.push_back({Cause::bias, "a mean"});
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("too large"), HasSubstr("bias")));
+  judgement.causes = {{Cause::initial_covariance, "the first NEES"}};
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("initial covariance")));
+}
+
 TEST(AdviceSentences, OfSeveralSensorsEachThatIsWrongHasItsFactor) {
   Judgement judgement;
   judgement.word.verdict = judgement.nis.verdict = Verdict::pessimistic;

@@ -73,7 +73,7 @@ TEST(PlanReport, OneConfigurationHasARowForEachQuestion) {
   EXPECT_THAT(plan_words(table.rows[3]), ElementsAre("mean NEES to ±5 %", "70", "", "1.4 s", ""));
   EXPECT_THAT(table.notes,
               testing::Contains(HasSubstr("The 128 runs of the scenario show in NEES a factor below "
-                                          "0.800 or above 1.30 with 90 % power.")));
+                                          "0.8000 or above 1.300 with 90 % power.")));
   EXPECT_THAT(table.notes, testing::Contains(HasSubstr("worth 4.25 independent ones (pilot)")));
 }
 

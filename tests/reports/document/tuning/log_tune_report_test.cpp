@@ -29,8 +29,12 @@ InnovationTuning lidar() {
   t.score_before = -3.0;
   t.score_after = -2.5;
   t.likelihood_ratio_p_value = kNaN;
-  t.left_out_parts = {
-      .verdict = Verdict::mixed, .parts = 9, .rejected = 2, .of_runs = true, .mean_nis = 2.25};
+  t.left_out_parts = {.verdict = Verdict::mixed,
+                      .parts = 9,
+                      .rejected = 2,
+                      .tested = true,
+                      .of_runs = true,
+                      .mean_nis = 2.25};
   t.notes = {"A log does not hold F and H.", "The gain is too small."};
   return t;
 }
@@ -42,7 +46,7 @@ InnovationTuning gps() {
   t.dof = 2.0;
   t.values = 100;
   t.scale = {.scale = 1.01, .lower = 0.9, .upper = 1.1, .stretches = 20};
-  t.left_out_parts = {.verdict = Verdict::consistent, .parts = 5, .mean_nis = 2.0};
+  t.left_out_parts = {.verdict = Verdict::consistent, .parts = 5, .tested = true, .mean_nis = 2.0};
   t.notes = {"A log does not hold F and H."};
   return t;
 }

@@ -1,0 +1,243 @@
+#include "analysis/evidence/verdicts/judgement_word.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/evidence/verdicts/judgement_tests.h"
+#include "core/nan.h"
+#include "core/number_text.h"
+
+namespace credence::internal {
+namespace {
+
+/// A test of averages over the steps, as a part of the word.
+ConsistencyVerdict averaged_verdict(const DirectedPValues& p_value, std::int64_t steps, std::int64_t count) {
+  ConsistencyVerdict verdict;
+  verdict.verdict = Verdict::consistent;
+  verdict.optimistic_p_value = p_value.optimistic;
+  verdict.pessimistic_p_value = p_value.pessimistic;
+  verdict.steps_tested = steps;
+  verdict.count = count;
+  return verdict;
+}
+
+/// What is too large at several steps, all of them in the first tenth, where heavy tails alone hardly gather;
+/// null: nothing is.
+const ConsistencyVerdict* wrong_at_start(const Judgement& j) {
+  constexpr std::int64_t kFewest = 3, kTenths = 10;
+  const auto is_wrong = [](const ConsistencyVerdict& v) {
+    return v.optimistic_steps.count >= kFewest && kTenths * v.optimistic_steps.last <= std::ssize(v.steps);
+  };
+  if (is_wrong(j.nees)) return &j.nees;
+  for (const BlockVerdict& block : j.blocks) {
+    if (is_wrong(block.verdict)) return &block.verdict;
+  }
+  return nullptr;
+}
+
+/// Of failed runs and rejected rows, beyond which the others do not speak for the filter.
+constexpr double kMostLost = 0.05;
+
+void leave_word_open(std::string reason, Judgement& j) {
+  j.word.verdict = Verdict::undecided;
+  j.word.says.clear();
+  j.nees.reason = std::move(reason);
+}
+
+}  // namespace
+
+Word word_of(const Evidence& e, const Judgement& j) {
+  std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
+  if (j.sensors.size() > 1) {
+    const double each = parts[1].weight / static_cast<double>(j.sensors.size());
+    parts.erase(parts.begin() + 1);
+    for (const SensorJudgement& s : j.sensors)
+      parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
+  }
+  std::deque<ConsistencyVerdict> averages;  // whose places stay
+  for (std::size_t i = 0; i < j.sensors.size(); ++i) {
+    const SensorJudgement& sensor = j.sensors[i];
+    if (!sensor.components.reason.empty()) continue;
+    const auto nis =
+        std::ranges::find(parts, j.sensors.size() == 1 ? &j.nis : &sensor.nis, &WordPart::verdict);
+    nis->weight *= 0.5;
+    const double half = (sensor.pairs.components.empty() ? 1.0 : 0.5) * nis->weight;
+    const auto add = [&](const ComponentTest& test, std::string (*name)(const SensorJudgement&, Index)) {
+      const double each = half / static_cast<double>(test.components.size());
+      for (Index k = 0; const ComponentVariance& c : test.components) {
+        averages.push_back(averaged_verdict(c.p_value, c.count, c.count));
+        parts.push_back({name(sensor, k++), &averages.back(), each, false, true, true});
+      }
+    };
+    add(sensor.components, component_name);
+    add(sensor.pairs, pair_name);
+  }
+  // Whether it is larger at some time than it should be, and smaller, is told by the size of its waves.
+  const auto add_over_time = [&](const std::string& of, const Modulation& over_time,
+                                 const ConsistencyVerdict& v, double weight, bool of_S) {
+    const double p = over_time.p_value, mean = v.mean / v.expected;
+    if (std::isnan(p)) return;
+    const auto add = [&](const char* when, const DirectedPValues& p_value) {
+      averages.push_back(averaged_verdict(p_value, 1, v.count));
+      parts.push_back({of + when, &averages.back(), 0.5 * weight, false, of_S, true});
+    };
+    add(kAtSomeTimes, {mean * (1.0 + over_time.amplitude) > 1.0 ? p : 1.0, kNaN});
+    add(kAtOthers, {kNaN, mean * (1.0 - over_time.amplitude) < 1.0 ? p : 1.0});
+  };
+  for (const NeesOverTime& nees : j.nees_over_time) {
+    const auto block = std::ranges::find(j.blocks, nees.of, &BlockVerdict::name);
+    const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
+    const double parts_of_it = static_cast<double>(j.nees_over_time.size() - 1);
+    const double share = parts_of_it == 0.0 ? 1.0 : nees.of.empty() ? 0.5 : 0.5 / parts_of_it;
+    add_over_time(nees.part(), nees, v, share * kWordOverTime, false);
+  }
+  for (const SensorJudgement& sensor : j.sensors) {
+    add_over_time(of_sensor("NIS", sensor), sensor.over_time, sensor.nis,
+                  kWordOverTime / static_cast<double>(j.sensors.size()), true);
+  }
+  const SecondMomentJudgement& second = j.law.second_moments;
+  if (second.test.reason.empty()) {
+    averages.push_back(averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs));
+    parts.push_back({.name = "the direction of " + second.most_optimistic,
+                     .verdict = &averages.back(),
+                     .weight = kWordDirections,
+                     .says_where = true,
+                     .pessimistic_name = "the direction of " + second.most_pessimistic});
+  }
+  const auto add_claimed = [&](const ClaimedSigmaTest::Side& side, const DirectedPValues& p_value) {
+    if (std::isnan(side.p_value)) return;
+    averages.push_back(averaged_verdict(p_value, 1, j.claimed_sigma.units));
+    parts.push_back({side.in, &averages.back(), 0.5 * kWordClaimedSigma, true});
+  };
+  add_claimed(j.claimed_sigma.optimistic, {j.claimed_sigma.optimistic.p_value, kNaN});
+  add_claimed(j.claimed_sigma.pessimistic, {kNaN, j.claimed_sigma.pessimistic.p_value});
+  Word word = join_verdicts(parts, j.confidence);
+  if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
+    word.no_factor = true;
+    const bool alone = word.verdict == Verdict::optimistic && j.lost.others_are_right();
+    const std::string runs = names_of(j.lost);
+    word.says = alone ? fmt::format("optimistic in {} alone", runs)
+                      : fmt::format("{}; above all in {}", word.says, runs);
+    if (j.lost.runs.size() == 1) word.says += fmt::format(", from its row {} on", j.lost.runs.front().row);
+  } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
+    word.verdict = Verdict::not_gaussian;
+    const ConsistencyVerdict* const start = wrong_at_start(j);
+    word.says = start == nullptr
+                    ? "the covariance is right, the errors are not Gaussian (heavy tails)"
+                    : fmt::format(
+                          "the covariance is right but perhaps in {}, where it is too small or the tails "
+                          "are heavier; the errors are not Gaussian (heavy tails)",
+                          start->text_of(start->optimistic_steps));
+  }
+  return word;
+}
+
+void follow_word(const Word& word, std::span<const BlockVerdict> blocks, ResponsibleBlock& responsible) {
+  for (const std::string& name : word.named) {
+    const auto block = std::ranges::find(blocks, name, &BlockVerdict::name);
+    if (block == blocks.end()) continue;
+    responsible = {.index = block - blocks.begin()};
+    return;
+  }
+}
+
+void judge_fitted(TruthFit fit, Judgement& j) {
+  const double alpha = 1.0 - j.confidence;
+  double p = j.nees.overall_p_value;
+  if (j.single && !std::isnan(j.single->time_average.p_value)) {
+    const double stretches = j.single->time_average.p_value;
+    p = std::isnan(p) ? stretches : std::min(1.0, 2.0 * std::min(p, stretches));
+  }
+  const bool optimistic = fit == TruthFit::least_nees && j.nees.mean > j.nees.expected && p <= alpha;
+  const std::string open =
+      fit == TruthFit::least_nees
+          ? "the truth was fitted to these errors, which may be what makes them deviate"
+          : "where the truth belongs is not known, which may be what makes errors deviate";
+  const auto leave = [&](ConsistencyVerdict& v) {
+    if (!is_inconsistent(v.verdict)) return;
+    v.verdict = Verdict::undecided;
+    v.reason = open;
+  };
+  for (BlockVerdict& block : j.blocks) leave(block.verdict);
+  if (j.vehicle_nees) leave(*j.vehicle_nees);
+  if (optimistic) {
+    j.nees.verdict = j.word.verdict = Verdict::optimistic;
+    j.nees.decided_by_steps = false;
+    j.word.says = "optimistic in the mean NEES, wherever the truth lies";
+  } else {
+    leave(j.nees);
+    if (j.word.verdict != Verdict::consistent) j.word.verdict = Verdict::undecided;
+    j.word.says.clear();
+    if (j.word.verdict == Verdict::undecided && j.nees.reason.empty()) j.nees.reason = open;
+  }
+  j.word.p_value = j.nees.mean > j.nees.expected ? p : 1.0;
+  j.word.joined.clear();
+}
+
+void leave_heavy_open(Judgement& j) {
+  const GaussianityJudgement& g = j.law.gaussianity;
+  const double alpha = 1.0 - j.confidence;
+  if (!is_inconsistent(j.word.verdict) || j.word.no_factor) return;
+  if (!g.heavy_tailed(alpha) || !std::isnan(g.moments_p_value)) return;
+  const bool on_average = j.single && j.single->time_average.p_value <= alpha;
+  const ConsistencyVerdict* of_steps = nullptr;
+  for (const JoinedVerdict& part : j.word.joined) {
+    if (!is_inconsistent(part.verdict)) continue;
+    const auto block = std::ranges::find(j.blocks, part.name, &BlockVerdict::name);
+    if (block == j.blocks.end() && part.name != "NEES") return;
+    const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
+    if (part.verdict != Verdict::optimistic || v.overall_p_value <= alpha || on_average) return;
+    of_steps = &v;
+  }
+  if (of_steps == nullptr) return;
+  leave_word_open(
+      fmt::format("single rows are too large ({}), but the errors have heavy tails, with which some are, and "
+                  "the runs are too short for tests that need no law",
+                  when_text(*of_steps, Verdict::optimistic)),
+      j);
+}
+
+void leave_failed_open(const StudyStatistics& all, Judgement& j) {
+  if (is_unsafe(j.word.verdict)) return;
+  const auto failed = std::ssize(all.failures);
+  if (static_cast<double>(failed) <= kMostLost * static_cast<double>(all.runs)) return;
+  leave_word_open(fmt::format("{} of {} runs failed{}", failed, all.runs,
+                              failed < all.runs ? ", and the others do not speak for them" : ""),
+                  j);
+}
+
+void leave_rejected_open(const Evidence& e, Judgement& j) {
+  if (is_unsafe(j.word.verdict)) return;
+  std::int64_t judged = e.has_truth ? j.nees.count : j.nis.count;
+  for (const BlockVerdict& block : j.blocks) judged = std::max(judged, block.verdict.count);
+  const std::int64_t rejected = e.rejected_rows(), all = rejected + judged;
+  if (static_cast<double>(rejected) <= kMostLost * static_cast<double>(all)) return;
+  const auto count = [](const auto& of_reason) { return of_reason.second.count; };
+  leave_word_open(
+      fmt::format("{} of {} rows are rejected (most of them: {}), and the others do not speak for them",
+                  rejected, all, std::ranges::max_element(e.rejected, {}, count)->first),
+      j);
+}
+
+void leave_coloured_open(Judgement& j) {
+  if (j.word.verdict != Verdict::consistent && j.word.verdict != Verdict::not_gaussian) return;
+  const auto coloured = std::ranges::find_if(
+      j.sensors, [&](const SensorJudgement& s) { return speaks(j, of_sensor(kWhiteness, s)); });
+  if (coloured == j.sensors.end()) return;
+  leave_word_open(
+      fmt::format(
+          "the mean NIS is right, but the innovations{} are not white ({}): the gain is not the best one, "
+          "so that P need not be right",
+          coloured->name.empty() ? "" : " of " + coloured->name,
+          p_value_statement(coloured->whiteness.p_value)),
+      j);
+}
+
+}  // namespace credence::internal
