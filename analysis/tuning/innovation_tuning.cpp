@@ -95,9 +95,7 @@ std::string what_comes_first(const SensorRecord& record, const InnovationTests& 
     return fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
                        record.unwrapped);
   }
-  std::int64_t rows = 0;
-  for (const RecordedInnovations& run : record.runs) rows += std::ssize(run.nis);
-  std::string turned = turns_text(record.name, record.turns, rows);
+  std::string turned = turns_text(record.name, record.turns);
   if (!turned.empty()) return turned;
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
   return fmt::format("the innovations have mean {} standard deviations ({})",

@@ -26,8 +26,10 @@ class InnovationSink final : public LogSink {
   void run_number(double number) override { number_.tell(number); }
   void begin_run(const RunLayout& layout) override {
     fingerprints_.begin_run(number_.next());
+    close_run();
     of_layout_.clear();
     sensors_ = layout.sensors;
+    turns_.resize(sensors_.size());
     for (const Sensor& sensor : layout.sensors) {
       auto found = std::ranges::find(records_, sensor.name, &SensorRecord::name);
       if (found == records_.end()) {
@@ -50,7 +52,7 @@ class InnovationSink final : public LogSink {
       if (sensors_[s].nis_alone) {
         ++records_[sensor].left_out;
       } else {
-        add(step.innovations[s], sensors_[s], records_[sensor], dims_[sensor]);
+        add(step.innovations[s], sensors_[s], records_[sensor], turns_[s], dims_[sensor]);
       }
     }
   }
@@ -63,6 +65,7 @@ class InnovationSink final : public LogSink {
   /// Without empty runs and silent sensors. Throws DataError for a run that is there twice.
   std::vector<SensorRecord> take() {
     fingerprints_.require_distinct();
+    close_run();
     for (std::size_t i = 0; i < records_.size(); ++i) {
       std::vector<RecordedInnovations>& runs = records_[i].runs;
       std::erase_if(runs, [](const RecordedInnovations& run) { return run.nis.empty(); });
@@ -73,7 +76,17 @@ class InnovationSink final : public LogSink {
   }
 
  private:
-  static void add(const Innovation& innovation, const Sensor& sensor, SensorRecord& record, Index& dim) {
+  /// What is a turn off in the run that is open.
+  void close_run() {
+    for (std::size_t s = 0; s < turns_.size(); ++s) {
+      SensorRecord& record = records_[of_layout_[s]];
+      add_run(turns_[s], std::ssize(record.runs.back().nis), record.turns);
+    }
+    turns_.clear();
+  }
+
+  static void add(const Innovation& innovation, const Sensor& sensor, SensorRecord& record,
+                  std::vector<WholeTurns>& turns, Index& dim) {
     const Eigen::LLT<Matrix> llt(innovation.S);
     if (!innovation.complete || (dim > 0 && dim != innovation.nu.size()) || !innovation.nu.allFinite() ||
         !innovation.S.allFinite() || llt.info() != Eigen::Success) {
@@ -82,7 +95,7 @@ class InnovationSink final : public LogSink {
     }
     dim = innovation.nu.size();
     record.unwrapped += count_unwrapped(innovation.nu, sensor.angles);
-    add_turns(innovation.nu, innovation.S.diagonal(), sensor.piece, sensor.angles, record.turns);
+    add_turns(innovation.nu, innovation.S.diagonal(), sensor.piece, sensor.angles, turns);
     const Vector whitened = llt.matrixL().solve(innovation.nu);
     record.runs.back().nis.push_back(whitened.squaredNorm());
     record.runs.back().whitened.push_back(whitened);
@@ -92,9 +105,10 @@ class InnovationSink final : public LogSink {
   RunFingerprints fingerprints_;
   RunNumber number_;
   std::vector<SensorRecord> records_;
-  std::vector<Index> dims_;             ///< of each record; 0 before its first innovation
-  std::vector<Sensor> sensors_;         ///< of the run
-  std::vector<std::size_t> of_layout_;  ///< their records
+  std::vector<Index> dims_;                     ///< of each record; 0 before its first innovation
+  std::vector<std::vector<WholeTurns>> turns_;  ///< of each sensor of the run
+  std::vector<Sensor> sensors_;                 ///< of the run
+  std::vector<std::size_t> of_layout_;          ///< their records
 };
 
 }  // namespace

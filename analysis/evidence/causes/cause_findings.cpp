@@ -283,10 +283,10 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e,
 std::string unmarked_angles_of(const Evidence& e) {
   std::string text;
   for (const auto& [state, errors] : e.turns) {
-    if (const auto turns = turns_off(errors, e.rows)) append_item(text, turns_text(state, *turns), "; ");
+    if (const auto turns = turns_off(errors)) append_item(text, turns_text(state, *turns), "; ");
   }
   for (const SensorSums& s : e.sensors) {
-    const std::string of_sensor = turns_text(s.sensor.name, s.turns, e.rows);
+    const std::string of_sensor = turns_text(s.sensor.name, s.turns);
     if (!of_sensor.empty()) append_item(text, of_sensor, "; ");
   }
   return text;

@@ -133,6 +133,7 @@ void EvidenceRecorder::reject(std::int64_t step, std::int64_t line, std::string_
 void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
   sums_.state_dim = std::max(sums_.state_dim, step.error.size());
   run.change = kNaN;
+  ++run.rows;
   if (!step.states.empty()) add_state(run, places, step);
   add_innovations(run, step);
 }
@@ -211,7 +212,7 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     run.last_state.P = step.P;
   }
   if (lead_ >= 0) run.last = step.lead;
-  if (whole.value > WholeTurns::kGross) add_turns_of_states(step);
+  if (whole.value > WholeTurns::kGross) add_turns_of_states(layout_, step, run);
   for (const Index i : places.angles) sums_.narrow_angles.add(step.variance[i] <= kWideAngle * kWideAngle);
   add_law(run, places, step);
   add_lateness(run, step);
@@ -224,13 +225,13 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   }
 }
 
-void EvidenceRecorder::add_turns_of_states(const NormalisedStep& step) {
+void EvidenceRecorder::add_turns_of_states(const RunLayout& layout, const NormalisedStep& step,
+                                           OpenRun& run) {
   for (std::size_t i = 0; i < step.states.size(); ++i) {
-    const auto state = static_cast<std::size_t>(step.states[i]);
-    const auto at = static_cast<Index>(i);
+    const Index state = step.states[i], at = static_cast<Index>(i);
     const double error = step.error[at], variance = step.variance[at];
-    if (!layout_.angles[state] && WholeTurns::concerns(error, variance))
-      sums_.turns[layout_.states[state]].add(error, variance);
+    if (!layout.angles[static_cast<std::size_t>(state)] && WholeTurns::concerns(error, variance))
+      run.turns[state].add(error, variance);
   }
 }
 
@@ -339,8 +340,10 @@ void EvidenceRecorder::add_innovation(OpenRun& run, std::size_t i, const Normali
   SensorSums& sums = sums_.sensor(sensor);
   if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
   if (value.complete) sums.unwrapped += count_unwrapped(value.nu, sensor.angles);
-  if (value.value > WholeTurns::kGross)
-    add_turns(value.nu, value.variance, sensor.piece, sensor.angles, sums.turns);
+  if (value.value > WholeTurns::kGross) {
+    run.innovation_turns.resize(layout_.sensors.size());
+    add_turns(value.nu, value.variance, sensor.piece, sensor.angles, run.innovation_turns[i]);
+  }
   run.innovations[i].add(sensor, value, run.change, run.log_determinant - run.change);
 }
 
@@ -378,6 +381,12 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   if (!run.open) return;
   run.open = false;
   add_innovations_of_run(run.innovations, layout_, sums_);
+  for (const auto& [state, turns] : run.turns)
+    sums_.turns[layout_.states[static_cast<std::size_t>(state)]].add_run(turns, run.rows);
+  for (std::size_t i = 0; i < run.innovation_turns.size(); ++i) {
+    const std::vector<WholeTurns>& turns = run.innovation_turns[i];
+    if (!turns.empty()) add_run(turns, run.rows, sums_.sensor(layout_.sensors[i]).turns);
+  }
   if (well) run.law.add_to(sums_.law, averaged_);
   if (!well || run.nees.empty()) return;
   run.score.add_to(sums_.scores);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -71,6 +72,9 @@ class EvidenceRecorder {
     std::array<Vector, 4> way{};      ///< estimates of the last steps, that of way_steps mod 4 the oldest
     std::size_t way_steps = 0;        ///< so far, of these states
     RunScore score{};
+    std::int64_t rows = 0;                                    ///< that were not rejected
+    std::map<Index, WholeTurns> turns{};                      ///< by the state, of the layout
+    std::vector<std::vector<WholeTurns>> innovation_turns{};  ///< of each sensor of the layout
   };
 
   void list_blocks();  ///< in the order of the layout, seen or not
@@ -82,7 +86,7 @@ class EvidenceRecorder {
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_averaged(RunLaw& run, const Vector& error, const Vector& variance, const Matrix& P);
-  void add_turns_of_states(const NormalisedStep& step);
+  static void add_turns_of_states(const RunLayout& layout, const NormalisedStep& step, OpenRun& run);
   void add_large(RunLaw& run, const NormalisedStep& step);
   void add_lateness(OpenRun& run, const NormalisedStep& step);
   void add_moving(RunLateness& run, const VectorRef& error, const VectorRef& motion, const MatrixRef& P,

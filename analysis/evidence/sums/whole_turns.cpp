@@ -28,11 +28,19 @@ void WholeTurns::merge(const WholeTurns& later) {
   }
 }
 
-std::optional<TurnsOff> turns_off(const WholeTurns& errors, std::int64_t rows) {
-  constexpr std::int64_t kFewest = 2, kTenth = 10, kHalf = 2;
+void WholeTurns::add_run(const WholeTurns& run, std::int64_t rows) {
+  constexpr std::int64_t kHalf = 2;
+  for (std::size_t i = 0; i < kTurns.size(); ++i) {
+    of[i].beyond += run.of[i].beyond;
+    if (kHalf * run.of[i].off <= rows) of[i].off += run.of[i].off;
+  }
+}
+
+std::optional<TurnsOff> turns_off(const WholeTurns& errors) {
+  constexpr std::int64_t kFewest = 2, kTenth = 10;
   for (std::size_t i = 0; i < WholeTurns::kTurns.size(); ++i) {
     const auto [beyond, off] = errors.of[i];
-    if (off >= kFewest && kTenth * off >= (kTenth - 1) * beyond && kHalf * off <= rows)
+    if (off >= kFewest && kTenth * off >= (kTenth - 1) * beyond)
       return TurnsOff{.count = off, .degrees = i == 1};
   }
   return std::nullopt;
@@ -57,10 +65,15 @@ void add_turns(const Vector& nu, const Vector& variance, Index piece, const std:
   }
 }
 
-std::string turns_text(std::string_view sensor, const std::vector<WholeTurns>& turns, std::int64_t rows) {
+void add_run(const std::vector<WholeTurns>& run, std::int64_t rows, std::vector<WholeTurns>& turns) {
+  turns.resize(std::max(turns.size(), run.size()));
+  for (std::size_t i = 0; i < run.size(); ++i) turns[i].add_run(run[i], rows);
+}
+
+std::string turns_text(std::string_view sensor, const std::vector<WholeTurns>& turns) {
   std::string text;
   for (std::size_t i = 0; i < turns.size(); ++i) {
-    const std::optional<TurnsOff> off = turns_off(turns[i], rows);
+    const std::optional<TurnsOff> off = turns_off(turns[i]);
     if (!off) continue;
     const std::string component = turns.size() > 1 ? fmt::format("component {} of ", i + 1) : "";
     const std::string name =

@@ -33,6 +33,9 @@ struct WholeTurns {
   /// Of one that concerns. Where σ is more than a twentieth of a turn heavy tails are as large as one.
   void add(double error, double variance);
   void merge(const WholeTurns& later);
+  /// Those of one more run, of so many rows: what is off in more than half of them stays there, as a bias
+  /// does.
+  void add_run(const WholeTurns& run, std::int64_t rows);
   bool operator==(const WholeTurns&) const = default;
 };
 
@@ -42,9 +45,8 @@ struct TurnsOff {
   bool degrees = false;
 };
 
-/// Null unless there are at least two, nine in ten of all that are as large, and of no more than half of
-/// the `rows`: a bias of that size is in all of them, and outliers are of any size.
-std::optional<TurnsOff> turns_off(const WholeTurns& errors, std::int64_t rows);
+/// Null unless there are at least two, and nine in ten of all that are as large: outliers are of any size.
+std::optional<TurnsOff> turns_off(const WholeTurns& errors);
 /// "3 values of heading are a whole turn of 2π off, …".
 std::string turns_text(std::string_view name, const TurnsOff& turns);
 
@@ -52,7 +54,9 @@ std::string turns_text(std::string_view name, const TurnsOff& turns);
 /// piece are marked as angles (empty: none). `turns` grows as is needed.
 void add_turns(const Vector& nu, const Vector& variance, Index piece, const std::vector<bool>& angles,
                std::vector<WholeTurns>& turns);
-/// What there is to say of those of a sensor in so many rows; empty: nothing.
-std::string turns_text(std::string_view sensor, const std::vector<WholeTurns>& turns, std::int64_t rows);
+/// `turns` and those of one more run, of so many rows.
+void add_run(const std::vector<WholeTurns>& run, std::int64_t rows, std::vector<WholeTurns>& turns);
+/// What there is to say of those of a sensor; empty: nothing.
+std::string turns_text(std::string_view sensor, const std::vector<WholeTurns>& turns);
 
 }  // namespace credence::internal

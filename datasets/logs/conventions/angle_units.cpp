@@ -70,6 +70,11 @@ void AngleUnits::add(const Step& step) {
     state.least_error = std::min(state.least_error, error);
     state.most_error = std::max(state.most_error, error);
     if (!(variance > 0.0)) continue;
+    if (layout_.angles[static_cast<std::size_t>(step.states[i])]) {
+      state.square += error * error;
+      state.cosine += std::cos(error);
+      state.sine += std::sin(error);
+    }
     const double square = error * error / variance;
     state.normalised += square;
     state.sigma += std::sqrt(variance);
@@ -135,6 +140,23 @@ AngleUnits::InDegrees AngleUnits::in_degrees(std::size_t i) const {
   return error ? InDegrees::error : InDegrees::nothing;
 }
 
+// Degrees that are wrapped as radians, from some 2 of them on.
+std::string AngleUnits::fills_circle_text(std::size_t i) const {
+  constexpr std::int64_t kFewest = 100;
+  constexpr double kNarrow = 0.5, kNear = 0.2;  // [rad]; of what is uniform over the circle
+  constexpr double kUniform = std::numbers::pi * std::numbers::pi / 3.0;
+  const State& state = states_[i];
+  if (!layout_.angles[i] || state.count < kFewest) return {};
+  const auto count = static_cast<double>(state.count);
+  const bool uniform = std::abs(state.square / count - kUniform) < kNear * kUniform &&
+                       std::abs(state.cosine) < kNear * count && std::abs(state.sine) < kNear * count;
+  if (!uniform || !(state.sigma < kNarrow * count)) return {};
+  return fmt::format(
+      "Errors of {} fill the whole circle, although its σ is {} rad on average: perhaps they are in degrees, "
+      "or the angle is lost.",
+      layout_.states[i], number_text(state.sigma / count, 3));
+}
+
 std::string AngleUnits::likely_text() const {
   constexpr double kFactor = 4.0;
   std::vector<std::string> of_P, of_error;
@@ -176,6 +198,9 @@ void AngleUnits::finish() {
   }
   if (!of_all_states_.empty()) return ForwardingSink::hint(std::move(of_all_states_));
   if (std::string text = likely_text(); !text.empty()) return ForwardingSink::hint(std::move(text));
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (std::string text = fills_circle_text(i); !text.empty()) ForwardingSink::remark(std::move(text));
+  }
   if (unexplained_) ForwardingSink::unexplained();
 }
 

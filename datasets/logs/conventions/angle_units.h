@@ -16,8 +16,9 @@ namespace credence::internal {
 /// Certain is a wrap: of successive estimates of a run, one near an end of a turn and the next near the
 /// other. Likely is an angle whose estimates go beyond a turn, with a σ that leaves it unknown. What else is
 /// likely is told where all other states have errors as P says: errors that are larger than P
-/// says as degrees are larger than radians, or smaller. States that are not said to be angles, such as the
-/// components of a rotation vector, must be so more closely.
+/// says as degrees are larger than radians, or smaller; of an angle with a small σ whose errors fill the
+/// whole circle it is said that they do. States that are not said to be angles, such as the components of a
+/// rotation vector, must be so more closely.
 class AngleUnits final : public ForwardingSink {
  public:
   using ForwardingSink::ForwardingSink;
@@ -37,8 +38,9 @@ class AngleUnits final : public ForwardingSink {
     double last = 0.0;               ///< estimate of the step before; NaN at the first of a run
     double least = 0.0, most = 0.0;  ///< of all estimates
     double least_error = 0.0, most_error = 0.0;
-    double normalised = 0.0, largest = 0.0;  ///< sum of e²/P, largest of them
-    double sigma = 0.0;                      ///< sum of √P
+    double normalised = 0.0, largest = 0.0;         ///< sum of e²/P, largest of them
+    double sigma = 0.0;                             ///< sum of √P
+    double square = 0.0, cosine = 0.0, sine = 0.0;  ///< sums of e², cos e and sin e, of an angle
     std::int64_t count = 0, estimates = 0;
     std::int64_t wraps_of_degrees = 0, wraps_of_radians = 0;
 
@@ -49,6 +51,7 @@ class AngleUnits final : public ForwardingSink {
   std::string wrap_text(std::size_t state) const;
   std::string all_in_degrees_text(std::size_t state) const;
   InDegrees in_degrees(std::size_t state) const;
+  std::string fills_circle_text(std::size_t state) const;
   std::string likely_text() const;
 
   RunLayout layout_;

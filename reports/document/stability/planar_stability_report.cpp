@@ -190,8 +190,8 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                   kPlanarResolution),
       ("by the noise: the condition on the accumulated noise of the last loop, proved for noise that is the "
        "same in every loop; it asks for a kernel that no step ever touches."),
-      "loop 1, half of them, last: mean of tr P over the loop. O(N): followed with the arrow covariance "
-      "itself. rank ΔP: of what is added before the update; sequential rules add within it.",
+      ("loop 1, half of them, last: mean of tr P over the loop. O(N): followed with the arrow covariance "
+       "itself. rank ΔP: of what is added before the update; sequential rules add within it."),
       ("above gap: steps where the exact minimal trace missed its duality gap of 1e-9; an inexact solution "
        "imitates slow growth."),
       "pose NEES / 3: mean over the last half of one noisy run; 1 is consistent, above is optimistic."};

@@ -275,6 +275,23 @@ std::vector<std::string> scaled_sensors(const Judgement& b) {
   return sentences;
 }
 
+/// Where errors are too large for P long before the block that is told: "It is seen first in the pose, from
+/// step 136 on."
+std::string first_sign(const Judgement& b, const BlockVerdict& told) {
+  constexpr std::int64_t kMuchEarlier = 20;  // of so many parts of all steps, one
+  if (told.verdict.verdict != Verdict::optimistic || told.verdict.optimistic_steps.count == 0) return {};
+  const BlockVerdict* first = nullptr;
+  for (const BlockVerdict& block : b.blocks) {
+    const ConsistencyVerdict& v = block.verdict;
+    if (v.verdict != Verdict::optimistic || v.optimistic_steps.count == 0) continue;
+    if (first == nullptr || v.optimistic_steps.first < first->verdict.optimistic_steps.first) first = &block;
+  }
+  const std::int64_t earlier = told.verdict.optimistic_steps.first - first->verdict.optimistic_steps.first;
+  if (kMuchEarlier * earlier < std::ssize(told.verdict.steps)) return {};
+  return fmt::format("It is seen first in {}, {}.", first->name,
+                     when_text(first->verdict, Verdict::optimistic));
+}
+
 /// Of a filter that is optimistic here and pessimistic there: the side of which no cause speaks.
 std::string unexplained_side(std::span<const CauseFound> causes) {
   if (causes.empty()) return {};
@@ -302,6 +319,7 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
         "The inconsistency is clearest in the block “{}”, which is {}: mean NEES {} where {} is expected.",
         block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
         number_text(block.verdict.expected, 4)));
+    if (std::string first = first_sign(b, block); !first.empty()) sentences.push_back(std::move(first));
   } else if (wrong && b.responsible.joint_only) {
     sentences.push_back(
         "Every block of the state is consistent and the whole is not: the correlations between blocks are "

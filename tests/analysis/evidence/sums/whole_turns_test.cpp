@@ -24,17 +24,19 @@ WholeTurns of(std::initializer_list<double> errors, double variance) {
 }
 
 TEST(WholeTurns, ErrorsAboutATurnAreToldFromOnesOfAnySize) {
-  const auto off = turns_off(of({0.1, 6.2, -6.35, -0.2, 6.28}, 0.01), 100);
+  const auto off = turns_off(of({0.1, 6.2, -6.35, -0.2, 6.28}, 0.01));
   ASSERT_TRUE(off);
   EXPECT_EQ(off->count, 3);
   EXPECT_FALSE(off->degrees);
-  EXPECT_TRUE(turns_off(of({358.0, -361.0, 355.0}, 4.0), 100)->degrees);
-  EXPECT_TRUE(turns_off(of({6.2, -6.35}, 0.01), 100));
-  EXPECT_FALSE(turns_off(of({6.2}, 0.01), 100)) << "one may be chance";
-  EXPECT_FALSE(turns_off(of({6.2, 6.3, 6.35, 6.25}, 0.01), 6)) << "a bias is in all of them";
-  EXPECT_FALSE(turns_off(of({6.2, -6.35, 6.28, 4.0}, 0.01), 100)) << "nor are outliers all of one size";
-  EXPECT_FALSE(turns_off(of({6.2, -6.35, 6.28, 9.0}, 0.01), 100));
-  EXPECT_FALSE(turns_off(of({7.2, -7.35, 8.28}, 1.0), 100)) << "as large as heavy tails of a wide P";
+  EXPECT_TRUE(turns_off(of({358.0, -361.0, 355.0}, 4.0))->degrees);
+  EXPECT_TRUE(turns_off(of({6.2, -6.35}, 0.01)));
+  EXPECT_FALSE(turns_off(of({6.2}, 0.01))) << "one may be chance";
+  WholeTurns runs;
+  runs.add_run(of({6.2, 6.3, 6.35, 6.25}, 0.01), 6);
+  EXPECT_FALSE(turns_off(runs)) << "a bias is in all rows of a run";
+  EXPECT_FALSE(turns_off(of({6.2, -6.35, 6.28, 4.0}, 0.01))) << "nor are outliers all of one size";
+  EXPECT_FALSE(turns_off(of({6.2, -6.35, 6.28, 9.0}, 0.01)));
+  EXPECT_FALSE(turns_off(of({7.2, -7.35, 8.28}, 1.0))) << "as large as heavy tails of a wide P";
 }
 
 /// Headings that go round in circles, with a right P, in runs of 100 steps.

@@ -34,6 +34,7 @@ struct TurningRun {
   double P_scale = 1.0;  ///< of the σ of the heading
   /// Of errors that come slowly, so that no test of their mean can be made: what these filters say.
   double correlation = 0.95;
+  bool has_estimate = true;
 
   std::string said(std::uint64_t seed = 1) const {
     testing::RecordedSink judged;
@@ -54,7 +55,7 @@ struct TurningRun {
       heading = correlation * heading + fresh * normal(random);
       const double truth = turn * k, estimate = write(truth + noise * heading);
       step.step = k + 1;
-      step.estimate = Vector{{std::sqrt(of_position) * x, estimate}};
+      if (has_estimate) step.estimate = Vector{{std::sqrt(of_position) * x, estimate}};
       const double error = estimate - write(truth);
       step.error = Vector{{std::sqrt(of_position) * x, is_angle ? wrap_angle(error) : error}};
       step.P = Vector{{1.0, P_scale * P_scale * noise * noise}}.asDiagonal();
@@ -112,6 +113,19 @@ TEST(AngleUnits, DegreesOfAnErrorOrOfPAreLikelyWhereTheOtherStatesFit) {
   TurningRun few = P;
   few.rows = 29;
   EXPECT_THAT(few.said(), IsEmpty());
+}
+
+// Their squares are those of the circle, and no longer of degrees.
+TEST(AngleUnits, ErrorsInDegreesThatFillTheCircleAreTold) {
+  for (const double noise : {0.1, 0.4}) {
+    const TurningRun error{
+        .noise = noise, .rows = 400, .write = in_degrees, .correlation = 0.0, .has_estimate = false};
+    EXPECT_THAT(error.said(), HasSubstr("Errors of heading fill the whole circle")) << noise;
+    const TurningRun right{.noise = noise, .rows = 400, .correlation = 0.0};
+    EXPECT_THAT(right.said(), IsEmpty()) << noise;
+  }
+  const TurningRun unknown{.noise = 3.0, .rows = 400, .correlation = 0.0};
+  EXPECT_THAT(unknown.said(), IsEmpty()) << "as P says";
 }
 
 /// What is said of a filter of fifteen states, none of them said to be an angle, as inertial ones are logged:

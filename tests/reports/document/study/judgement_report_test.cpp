@@ -139,6 +139,26 @@ TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
   EXPECT_THAT(advice_sentences(judgement), IsEmpty()) << "nothing is to be mended";
 }
 
+TEST(AdviceSentences, TheFirstSignIsToldWhereItComesLongBefore) {
+  const auto block = [](const char* name, std::int64_t first) {
+    BlockVerdict of{.name = name, .verdict = {}};
+    of.verdict.verdict = Verdict::optimistic;
+    of.verdict.steps.resize(100);
+    of.verdict.steps_tested = 100;
+    of.verdict.optimistic_steps = {.first = first, .last = 100, .count = 101 - first};
+    return of;
+  };
+  Judgement judgement;
+  judgement.word.verdict = Verdict::optimistic;
+  judgement.scale_covariance.reason = "none";
+  judgement.blocks = {block("map", 60), block("pose", 40)};
+  judgement.responsible.index = 0;
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre(HasSubstr("block “map”"), "It is seen first in pose, from step 40 on."));
+  judgement.blocks[1] = block("pose", 57);
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("block “map”")));
+}
+
 // NIS is too small and NEES too large: what mends the one makes the other worse.
 TEST(AdviceSentences, OfWhatIsMixedTheSideWithoutACauseIsTold) {
   Judgement judgement;
