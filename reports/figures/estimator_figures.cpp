@@ -142,7 +142,8 @@ std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
   figure.panels.push_back(
       against(study,
               {.title = "Consistency and accuracy",
-               .x_label = study.has_vehicle ? "RMSE of position (m)" : "RMSE of the state"},
+               .x_label = study.has_vehicle ? "RMSE of position (m)" : "RMSE of the state",
+               .log_x = true},
               [](const EstimatorRow& row) { return row.position_rmse_m.mean; }));
   figure.panels.push_back(
       against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)", .log_x = true},

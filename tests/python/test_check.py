@@ -310,8 +310,7 @@ def test_an_innovation_of_an_angle_is_declared():
     nu = nu.copy()
     nu[:5, 20] += 2.0 * np.pi
     plain = credence.check(error, P, nu, S)
-    assert plain.causes[0].name == "an angle that is not wrapped"
-    assert "it is an angle, but not marked as one" in plain.causes[0].why
+    assert not any("angle" in cause.name for cause in plain.causes)
     for angles in ([0], [True], True):
         declared = credence.check(error, P, nu, S, innovation_angles=angles)
         assert any("angle" in cause.name for cause in declared.causes), declared.causes

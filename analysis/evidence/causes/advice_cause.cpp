@@ -181,7 +181,8 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
     const bool only_lost = beside_lost && found.size() == 1 && found.front().cause == Cause::lost_runs;
     if (alone && !found.empty() && !only_lost) continue;
     Causes more = find(findings);
-    if (only_lost) std::erase_if(more, [](const CauseFound& c) { return !told_by_innovations(c.cause); });
+    if (alone && only_lost)
+      std::erase_if(more, [](const CauseFound& c) { return !told_by_innovations(c.cause); });
     found.insert(found.end(), more.begin(), more.end());
   }
   if (!found.empty() && takes_the_rest_for_granted(found.front().cause))

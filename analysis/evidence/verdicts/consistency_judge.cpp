@@ -206,7 +206,7 @@ bool are_alike(const ConsistencyVerdict& result) {
   constexpr double kMissing = 0.05;
   std::int64_t most = 0;
   for (const StepTest& step : result.steps) most = std::max(most, step.count);
-  const auto of_all = static_cast<double>(most * result.steps_tested);
+  const auto of_all = static_cast<double>(most) * static_cast<double>(result.steps_tested);
   return static_cast<double>(result.count) >= (1.0 - kMissing) * of_all;
 }
 

@@ -136,20 +136,22 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 }
 
 std::vector<std::string> CheckedLogs::factor_sentences() const {
-  const LostRuns& lost = analysis.judgement.lost;
-  if (lost.runs.empty()) {
-    std::vector<std::string> sentences = calibration_sentences(calibration);
-    const std::int64_t rows = analysis.evidence.whole_runs.nees_values.count;
-    if (!sentences.empty() && !calibration.parts.empty() && calibration.rows < rows) {
-      const auto behind_factors = sentences.begin() + (calibration.unit_count > 0 ? 1 : 0);
-      sentences.insert(behind_factors,
-                       fmt::format("These factors are of the {} rows that have all states, of {}.",
-                                   calibration.rows, rows));
-    }
-    return sentences;
+  const Judgement& j = analysis.judgement;
+  if (!j.lost.runs.empty()) {
+    return {fmt::format("No factor on P is given: it would be that of the {} that left P behind ({}).",
+                        j.lost.runs.size() == 1 ? "run" : "runs", names_of(j.lost))};
   }
-  return {fmt::format("No factor on P is given: it would be that of the {} that left P behind ({}).",
-                      lost.runs.size() == 1 ? "run" : "runs", names_of(lost))};
+  if (j.word.no_factor && !j.scale_covariance.reason.empty())
+    return {fmt::format("No factor on P is given: {}.", j.scale_covariance.reason)};
+  std::vector<std::string> sentences = calibration_sentences(calibration);
+  const std::int64_t rows = analysis.evidence.whole_runs.nees_values.count;
+  if (!sentences.empty() && !calibration.parts.empty() && calibration.rows < rows) {
+    const auto behind_factors = sentences.begin() + (calibration.unit_count > 0 ? 1 : 0);
+    sentences.insert(
+        behind_factors,
+        fmt::format("These factors are of the {} rows that have all states, of {}.", calibration.rows, rows));
+  }
+  return sentences;
 }
 
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,

@@ -1138,6 +1138,7 @@ TEST(Judgement, OneRunThatDivergesHidesNothingThatIsWrongInAll) {
   EXPECT_NE(j.word.says.find("above all in run 7 of 20"), std::string::npos) << j.word.says;
   ASSERT_GE(j.causes.size(), 2U);
   EXPECT_EQ(j.causes[0].cause, Cause::lost_runs);
+  for (const CauseFound& cause : j.causes) EXPECT_NE(cause.cause, Cause::covariance_scale);
 }
 
 TEST(Judgement, ALostRunHasItsNumberAmongTheFailedOnes) {

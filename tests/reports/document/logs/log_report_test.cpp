@@ -87,6 +87,8 @@ TEST(LogReport, BesideAMistakeOfTheLogErrorsTellNoCauseAndNoFactor) {
   EXPECT_THAT(judgement.causes, ElementsAre(::testing::Field(&CauseFound::cause, Cause::unwrapped_angle)));
   EXPECT_FALSE(judgement.scale_covariance.reason.empty());
   EXPECT_THAT(log_answer(logs), Not(HasSubstr("scaling P")));
+  EXPECT_THAT(logs.factor_sentences(),
+              ElementsAre("No factor on P is given: a mistake of what was logged is named."));
   judgement.nis.verdict = Verdict::optimistic;
   judgement.causes = {found(Cause::bias)};
   drop_explained_causes(judgement);
