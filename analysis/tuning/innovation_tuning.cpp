@@ -13,6 +13,7 @@
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/normal_quantile.h"
 #include "core/number_text.h"
+#include "core/record/unwrapped_angles.h"
 
 namespace credence::internal {
 namespace {
@@ -64,7 +65,8 @@ LeftOut leave_out(const SensorRecord& record, double dof, bool white, double con
   for (const NisPart& part : parts) {
     const double scale = (all.sum - part.sum) / (dof * (all.count - part.count));
     const double expected = dof * part.count;
-    p_values.push_back(ratio_p_value(part.sum / (scale * expected), expected, dof * all.count - expected));
+    if (white)
+      p_values.push_back(ratio_p_value(part.sum / (scale * expected), expected, dof * all.count - expected));
     above.push_back(part.sum / scale > expected);
     mean += part.sum / scale;
   }
@@ -91,10 +93,7 @@ GainError gain_error(const WhitenessTest& whiteness) {
 
 std::string what_comes_first(const SensorRecord& record, const InnovationTests& tests, double confidence) {
   constexpr std::size_t kMean = 3;  // of InnovationTests::adjusted_p_value
-  if (record.unwrapped > 0) {
-    return fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
-                       record.unwrapped);
-  }
+  if (record.unwrapped > 0) return unwrapped_text(record.unwrapped);
   std::string turned = turns_text(record.name, record.turns);
   if (!turned.empty()) return turned;
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";

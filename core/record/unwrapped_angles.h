@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <iterator>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "core/types.h"
@@ -20,6 +21,11 @@ inline std::int64_t count_unwrapped(const Vector& nu, const std::vector<bool>& a
     if (angles[static_cast<std::size_t>(i % std::ssize(angles))] && is_unwrapped(nu[i])) ++count;
   }
   return count;
+}
+
+/// "3 innovations of an angle lie beyond half a turn; once wrapped, none can": of those that were counted.
+inline std::string unwrapped_text(std::int64_t count) {
+  return std::to_string(count) + " innovations of an angle lie beyond half a turn; once wrapped, none can";
 }
 
 }  // namespace credence::internal

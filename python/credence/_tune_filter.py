@@ -11,8 +11,9 @@ import numpy as np
 from . import _credence
 from ._check import require_confidence, require_whole
 from ._play import CHUNK, LARGEST_SEED, Chunk, Plan, require_same_twice, warn_of_no_batch
+from ._players import Players
 from ._result import Result
-from ._study import MOST_RUNS, MOST_STEPS, MOST_WORKERS, Players, made_by, plugged_states, study, switches_of
+from ._study import MOST_RUNS, MOST_STEPS, MOST_WORKERS, made_by, plugged_states, study, switches_of
 from ._tune import Told
 
 

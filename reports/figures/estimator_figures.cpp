@@ -16,32 +16,21 @@ namespace {
 
 constexpr std::size_t kPose = static_cast<std::size_t>(EstimatorBlock::pose);
 
-/// How an estimator is drawn.
-struct Look {
-  ColourRole role;
-  StrokeStyle stroke = StrokeStyle::by_role;
-  MarkerShape marker = MarkerShape::by_role;
-};
-
-/// The yardstick has a colour of its own; the others go by their number, and of those that have the same one
-/// lines and markers differ.
-Look look_of(const EstimatorStudy& study, std::size_t i) {
-  if (study.rows[i].name == "ideal") return {ColourRole::truth};
-  std::size_t number = 0;
+/// The series of an estimator. The yardstick has a colour of its own; the others go by their number, and of
+/// those that have the same one lines and markers differ.
+Series drawn_as(const EstimatorStudy& study, std::size_t i, Series series) {
+  series.role = ColourRole::truth;
+  if (study.rows[i].name == "ideal") return series;
+  Index number = 0;
   for (std::size_t j = 0; j < i; ++j) number += study.rows[j].name == "ideal" ? 0 : 1;
-  constexpr std::size_t kColours = 6;
   constexpr std::array kShapes = {MarkerShape::dot,     MarkerShape::square, MarkerShape::triangle,
                                   MarkerShape::diamond, MarkerShape::plus,   MarkerShape::cross};
   constexpr std::array kStrokes = {StrokeStyle::solid, StrokeStyle::dashed, StrokeStyle::dotted};
-  const std::size_t round = number / kColours;
-  return {numbered_role(static_cast<Index>(number)), kStrokes[round % kStrokes.size()],
-          kShapes[(number + 2 * round) % kShapes.size()]};
-}
-
-void draw_as(const Look& look, Series& series) {
-  series.role = look.role;
-  series.stroke = look.stroke;
-  series.marker = look.marker;
+  const Index round = number / kNumberedRoles;
+  series.role = numbered_role(number);
+  series.stroke = kStrokes[static_cast<std::size_t>(round) % kStrokes.size()];
+  series.marker = kShapes[static_cast<std::size_t>(number + 2 * round) % kShapes.size()];
+  return series;
 }
 
 /// "3: fej": every estimator has its number in all panels.
@@ -72,12 +61,11 @@ Panel against(const EstimatorStudy& study, Panel panel, double (*abscissa)(const
     const EstimatorRow& row = study.rows[i];
     if (!has_runs(row)) continue;
     const MeanInterval& nees = row.nees[kPose];
-    const Look look = look_of(study, i);
-    Series bars = error_bar_series(numbered(study, i), look.role, {abscissa(row)}, {nees.mean},
-                                   {positive_lower(nees)}, {finite_upper(nees)});
-    draw_as(look, bars);
-    panel.series.push_back(std::move(bars));
-    panel.series.push_back(text_series(look.role, {abscissa(row)}, {nees.mean}, {fmt::to_string(i + 1)}));
+    panel.series.push_back(drawn_as(study, i,
+                                    error_bar_series(numbered(study, i), {}, {abscissa(row)}, {nees.mean},
+                                                     {positive_lower(nees)}, {finite_upper(nees)})));
+    panel.series.push_back(
+        drawn_as(study, i, text_series({}, {abscissa(row)}, {nees.mean}, {fmt::to_string(i + 1)})));
   }
   return panel;
 }
@@ -92,10 +80,8 @@ Panel over_time(const EstimatorStudy& study) {
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     if (!has_runs(study.rows[i])) continue;
-    const Look look = look_of(study, i);
-    Series line = line_series(numbered(study, i), look.role, ends, study.rows[i].pose_nees);
-    draw_as(look, line);
-    panel.series.push_back(std::move(line));
+    panel.series.push_back(
+        drawn_as(study, i, line_series(numbered(study, i), {}, ends, study.rows[i].pose_nees)));
   }
   return panel;
 }
@@ -113,14 +99,12 @@ Panel over_runs(const EstimatorStudy& study) {
     if (!has_runs(study.rows[i])) continue;
     const Band& band = study.rows[i].bands[kPose];
     const double x = static_cast<double>(i) + 1.0;
-    const Look look = look_of(study, i);
-    Series quartiles = line_series("", look.role, {x, x}, {band[1], band[3]});
+    Series quartiles = drawn_as(study, i, line_series("", {}, {x, x}, {band[1], band[3]}));
     quartiles.weight = 4.0;
     quartiles.stroke = StrokeStyle::solid;
     panel.series.push_back(std::move(quartiles));
-    Series bars = error_bar_series(numbered(study, i), look.role, {x}, {band[2]}, {band[0]}, {band[4]});
-    bars.marker = look.marker;
-    panel.series.push_back(std::move(bars));
+    panel.series.push_back(
+        drawn_as(study, i, error_bar_series(numbered(study, i), {}, {x}, {band[2]}, {band[0]}, {band[4]})));
   }
   return panel;
 }

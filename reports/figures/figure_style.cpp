@@ -43,6 +43,7 @@ RoleStyle style_of(ColourRole role) {
 ColourRole numbered_role(Index i) {
   constexpr std::array roles{ColourRole::first,  ColourRole::second, ColourRole::third,
                              ColourRole::fourth, ColourRole::fifth,  ColourRole::sixth};
+  static_assert(roles.size() == kNumberedRoles);
   return roles[static_cast<std::size_t>(i < 0 ? 0 : i) % roles.size()];
 }
 

@@ -41,7 +41,9 @@ struct RoleStyle {
 
 RoleStyle style_of(ColourRole role);
 
-/// The role of the i-th (from 0) of several equal curves; repeats after six.
+inline constexpr Index kNumberedRoles = 6;
+
+/// The role of the i-th (from 0) of several equal curves; repeats after kNumberedRoles.
 ColourRole numbered_role(Index i);
 
 /// Sequential for a quantity; diverging for a quantity with a neutral middle (a ratio to its expected value).

@@ -12,6 +12,7 @@
 #include "analysis/laws/shape/tail_weight.h"
 #include "core/append_item.h"
 #include "core/number_text.h"
+#include "core/record/unwrapped_angles.h"
 
 namespace credence::internal {
 namespace {
@@ -139,10 +140,7 @@ Causes find_shared_noise(const Findings& findings) {
 
 Causes find_unwrapped_angle(const Findings& findings) {
   std::string why;
-  if (findings.unwrapped_innovations > 0) {
-    why = fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
-                      findings.unwrapped_innovations);
-  }
+  if (findings.unwrapped_innovations > 0) why = unwrapped_text(findings.unwrapped_innovations);
   if (!findings.unmarked_angles.empty()) append_item(why, findings.unmarked_angles, "; ");
   if (why.empty()) return {};
   return {{Cause::unwrapped_angle, why}};

@@ -31,26 +31,20 @@ LostRuns find_lost_runs(std::span<const RunCourse> runs) {
   if (runs.size() < kFewestToLose) return {};
   std::vector<double> means;
   means.reserve(runs.size());
-  double rows = 0.0, sum = 0.0;
-  const auto add = [&](const RunCourse& run, double sign) {
-    rows += sign * static_cast<double>(run.rows);
-    sum += sign * static_cast<double>(run.rows) * run.mean;
-  };
-  for (const RunCourse& run : runs) {
-    means.push_back(run.mean);
-    add(run, 1.0);
-  }
+  for (const RunCourse& run : runs) means.push_back(run.mean);
   const double typical = median_of_runs(std::move(means));
   LostRuns found;
   Moments others;
+  double rows = 0.0, sum = 0.0;  // of these
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RunCourse& run = runs[i];
     if (!(run.mean > kBeyondMedian * typical) || run.beyond < kFewestLostRows) {
       others.add(run.mean);
+      rows += static_cast<double>(run.rows);
+      sum += static_cast<double>(run.rows) * run.mean;
       continue;
     }
     found.runs.push_back({static_cast<std::int64_t>(i), run.first, run.mean});
-    add(run, -1.0);
   }
   if (found.runs.empty() || kMostOf * found.runs.size() > runs.size()) return {};
   found.others = static_cast<std::int64_t>(runs.size() - found.runs.size());

@@ -212,7 +212,7 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     run.last_state.P = step.P;
   }
   if (lead_ >= 0) run.last = step.lead;
-  if (whole.value > WholeTurns::kGross) add_turns_of_states(layout_, step, run);
+  if (whole.value > WholeTurns::kGross) add_turns_of_states(run, step);
   for (const Index i : places.angles) sums_.narrow_angles.add(step.variance[i] <= kWideAngle * kWideAngle);
   add_law(run, places, step);
   add_lateness(run, step);
@@ -225,12 +225,11 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   }
 }
 
-void EvidenceRecorder::add_turns_of_states(const RunLayout& layout, const NormalisedStep& step,
-                                           OpenRun& run) {
+void EvidenceRecorder::add_turns_of_states(OpenRun& run, const NormalisedStep& step) const {
   for (std::size_t i = 0; i < step.states.size(); ++i) {
     const Index state = step.states[i], at = static_cast<Index>(i);
     const double error = step.error[at], variance = step.variance[at];
-    if (!layout.angles[static_cast<std::size_t>(state)] && WholeTurns::concerns(error, variance))
+    if (WholeTurns::concerns(error, variance) && !layout_.angles[static_cast<std::size_t>(state)])
       run.turns[state].add(error, variance);
   }
 }

@@ -86,7 +86,7 @@ class EvidenceRecorder {
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_averaged(RunLaw& run, const Vector& error, const Vector& variance, const Matrix& P);
-  static void add_turns_of_states(const RunLayout& layout, const NormalisedStep& step, OpenRun& run);
+  void add_turns_of_states(OpenRun& run, const NormalisedStep& step) const;
   void add_large(RunLaw& run, const NormalisedStep& step);
   void add_lateness(OpenRun& run, const NormalisedStep& step);
   void add_moving(RunLateness& run, const VectorRef& error, const VectorRef& motion, const MatrixRef& P,

@@ -280,8 +280,7 @@ void name_outliers(const Evidence& e, const JudgementContext& context, double me
   };
   if (std::ranges::none_of(j.word.joined, of_innovations)) j.causes.clear();
   j.causes.insert(j.causes.begin(), cause);
-  j.scale_covariance = no_scale("errors of single rows alone are wrong");
-  j.word.no_factor = true;
+  refuse_factor("errors of single rows alone are wrong", j);
 }
 
 /// More than a size of the innovations makes them look that goes up and down in time: it doubles the variance
@@ -364,8 +363,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (!fitted) {
     j.causes = find_causes(findings_of(e, j));
     if (!j.causes.empty() && j.causes.front().cause == Cause::unwrapped_angle) {
-      j.scale_covariance = j.scale_innovation = no_scale("an angle is not wrapped");
-      j.word.no_factor = true;
+      refuse_factor("an angle is not wrapped", j);
+      j.scale_innovation = j.scale_covariance;
     } else {
       name_outliers(e, context, memory, j);
     }

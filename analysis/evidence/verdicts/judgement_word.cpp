@@ -240,4 +240,9 @@ void leave_coloured_open(Judgement& j) {
       j);
 }
 
+void refuse_factor(std::string_view reason, Judgement& j) {
+  j.scale_covariance = no_scale(reason);
+  j.word.no_factor = true;
+}
+
 }  // namespace credence::internal

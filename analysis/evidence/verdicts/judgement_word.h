@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 
 #include "analysis/evidence/verdicts/judgement.h"
 
@@ -33,5 +34,8 @@ void leave_rejected_open(const Evidence& evidence, Judgement& judged);
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
 /// gain that is not the best one, and then the P behind it may be anything.
 void leave_coloured_open(Judgement& judged);
+
+/// No factor on P mends it, for this reason, which is a literal.
+void refuse_factor(std::string_view reason, Judgement& judged);
 
 }  // namespace credence::internal

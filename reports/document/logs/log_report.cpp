@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "analysis/evidence/verdicts/judgement_settling.h"
+#include "analysis/evidence/verdicts/judgement_word.h"
 #include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/document/logs/log_gate.h"
@@ -184,8 +185,7 @@ void drop_explained_causes(Judgement& judgement) {
   std::erase_if(judgement.causes, [&](const CauseFound& found) {
     return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));
   });
-  judgement.scale_covariance = no_scale("a mistake of what was logged is named");
-  judgement.word.no_factor = true;
+  refuse_factor("a mistake of what was logged is named", judgement);
 }
 
 Document log_document(CheckedLogs given) {

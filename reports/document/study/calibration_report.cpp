@@ -34,9 +34,8 @@ std::string conformal_sentence(const ConformalFactor& c) {
 std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
   return fmt::format(
       "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth at least {} "
-      "independent "
-      "ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {} takes {} independent rows with "
-      "none beyond.",
+      "independent ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {} takes {} independent "
+      "rows with none beyond.",
       shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
       number_text(shown.upper_limit, 2), number_text(last.risk, 1),
       static_cast<std::int64_t>(std::ceil(last.needed_rows)));

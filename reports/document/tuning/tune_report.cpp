@@ -115,7 +115,7 @@ std::vector<std::string> tune_sentences(const ScenarioTuning& t) {
   if (t.held_out && is_inconsistent(overall_verdict(t.held_out->after))) {
     sentences.push_back(
         "Tuned noise has an error of its own, which as many fresh runs can see: of linear filters of the "
-        "right form that were tried 10 to 35 % are called inconsistent on it.");
+        "right form that were tried 10 to 40 % are called inconsistent on it.");
   }
   if (t.ridge.empty()) return sentences;
   std::string points;

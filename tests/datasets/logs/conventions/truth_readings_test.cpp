@@ -86,6 +86,30 @@ TEST(TruthReadings, ErrorsOfAnotherKindAreNot) {
   EXPECT_THAT(said(11, [](Vector& t) { t.tail(1) *= -1.0; }), IsEmpty()) << "of angles others speak";
 }
 
+/// P, error and estimate of two states that have the same estimates, of which the first has a truth far off.
+std::vector<Matrix> of_the_same_way(double error_of_second) {
+  std::vector<Matrix> rows;
+  for (int i = 0; i < 100; ++i) {
+    Matrix row(2, 4);
+    row << 0.01, 0.0, 30.0, 0.5 * i, 0.0, 0.01, error_of_second, 0.5 * i;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// The truth of the second belongs to itself, and to no other.
+TEST(TruthReadings, AStateWhoseOwnTruthIsRightIsNotExchanged) {
+  RunLayout layout{.states = {"a", "b"}, .angles = {false, false}};
+  EXPECT_THAT(other_truth(layout, of_the_same_way(0.05)), IsEmpty());
+  std::vector<Matrix> exchanged = of_the_same_way(0.0);
+  for (std::size_t i = 0; i < exchanged.size(); ++i) {
+    const double one = 0.5 * static_cast<double>(i), other = 100.0 - one;
+    exchanged[i].col(2) << one - other, other - one;
+    exchanged[i].col(3) << one, other;
+  }
+  EXPECT_THAT(other_truth(layout, exchanged), HasSubstr("the truths of a and b are exchanged"));
+}
+
 // 3 m/s within 0.05 m/s, of a truth of 1 or 10 m/s: 60 σ from zero, and by chance near a unit.
 TEST(TruthReadings, StatesThatStandNearZeroTellNothing) {
   const auto velocity = [](Vector& t) { t[2] /= 0.3048; };
