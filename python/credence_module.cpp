@@ -143,19 +143,16 @@ class Collector {
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
+    const bool swapped = !mistakes_.swapped_axes.empty();
     judge_collected(std::move(evidence_), std::move(calibration_),
                     {.confidence = confidence,
                      .sensitivity = sensitivity,
                      .margin = within,
                      .times = StepTimes::every(dt),
                      .copies = copies_.many() ? copies_.says : std::string()},
-                    {.explained = !mistakes_.said.empty(), .swapped_axes = !mistakes_.swapped_axes.empty()},
+                    swapped ? InputMistakes{.said = {mistakes_.swapped_axes}, .swapped_axes = true}
+                            : InputMistakes{.said = std::move(mistakes_.said)},
                     runs);
-    if (mistakes_.swapped_axes.empty()) {
-      runs.remarks = std::move(mistakes_.said);
-    } else {
-      runs.remarks = {std::move(mistakes_.swapped_axes)};
-    }
     if (!copies_.says.empty()) runs.remarks.push_back(std::move(copies_.says));
     std::ranges::move(judged_.sentences(), std::back_inserter(runs.remarks));
     runs.failures_said = std::move(failures_said_);

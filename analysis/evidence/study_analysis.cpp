@@ -63,6 +63,8 @@ CovarianceCurves mean_curves(const StudyStatistics& s, const RunLayout& layout) 
   curves.trace = means(s, Quantity::trace);
   if (!states_of(layout, Part::position).empty()) curves.vehicle = means(s, Quantity::trace_vehicle);
   if (layout.landmark_dim > 0) curves.landmarks = means(s, Quantity::trace_landmarks);
+  curves.heading = if_any(means(s, Quantity::heading_variance));
+  curves.landmark = if_any(means(s, Quantity::landmark_variance));
   return curves;
 }
 
@@ -159,8 +161,7 @@ void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
     return;
   }
   if (!a.bound) return;
-  const BlockLayout blocks = block_layout(a.scenario);
-  add_bound(*a.bound, a.statistics, blocks.landmarks, a.scenario.study.confidence, a.judgement->accuracy);
+  add_bound(*a.bound, a.statistics, a.scenario.study.confidence, a.judgement->accuracy);
 }
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {
@@ -174,7 +175,9 @@ LogAnalysis analyse_logs(Evidence evidence, const JudgementContext& context) {
   a.covariance = {.trace_prior = {},
                   .trace = if_any(means(s, Quantity::trace)),
                   .vehicle = if_any(means(s, Quantity::trace_vehicle)),
-                  .landmarks = if_any(means(s, Quantity::trace_landmarks))};
+                  .landmarks = if_any(means(s, Quantity::trace_landmarks)),
+                  .heading = if_any(means(s, Quantity::heading_variance)),
+                  .landmark = if_any(means(s, Quantity::landmark_variance))};
   a.errors = {.position_m = if_any(root_means(s, Quantity::position_error_squared)),
               .heading_rad = if_any(root_means(s, Quantity::heading_error_squared)),
               .landmark_m = if_any(root_means(s, Quantity::landmark_error_squared))};

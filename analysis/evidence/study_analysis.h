@@ -24,6 +24,8 @@ struct CovarianceCurves {
   std::vector<double> trace;        ///< after the update
   std::vector<double> vehicle;      ///< position of the vehicle
   std::vector<double> landmarks;    ///< all landmarks in the state
+  std::vector<double> heading;      ///< rad²
+  std::vector<double> landmark;     ///< mean over the landmarks in the state
 };
 
 /// Root mean squared errors over the runs at steps 1 … T; empty for linear models, where Σ is exact.

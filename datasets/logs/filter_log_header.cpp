@@ -103,7 +103,8 @@ FilterLogHeader::Symmetric symmetric(const Entries& entries, Index n, const std:
       Index upper = column(i, j), lower = i == j ? -1 : column(j, i);
       if (upper < 0) std::swap(upper, lower);
       if (upper < 0) {
-        throw std::invalid_argument(fmt::format("column {}.{}.{} is missing", name, i, j));
+        throw std::invalid_argument(fmt::format("column {}.{}.{} is missing{}", name, i, j,
+                                                i == j ? "" : " (0 where the two are not correlated)"));
       }
       result.upper.push_back(upper);
       result.lower.push_back(lower);
@@ -136,6 +137,7 @@ class HeaderParser {
       const std::string& state = h.layout.states[i];
       const auto found = truth_.find(state);
       const bool of_error = h.error[i] >= 0, has_truth = found != truth_.end();
+      if (angles_of_truth_.contains(state)) h.layout.angles[i] = true;
       if (of_error && has_truth) throw error_beside(state);
       if (!of_error && !has_truth && h.layout.has_truth) {
         throw std::invalid_argument(
@@ -188,7 +190,9 @@ class HeaderParser {
     if (name.starts_with("estimate.")) return add_state("estimate", name.substr(9), column, -1);
     if (name.starts_with("error.")) return add_state("error", name.substr(6), -1, column);
     if (name.starts_with("truth.")) {
-      return name.size() > 6 && insert(truth_, std::string(name.substr(6)), column);
+      std::string_view state = name.substr(6);
+      if (take_mark(state, ":angle")) angles_of_truth_.emplace(state);
+      return !state.empty() && insert(truth_, std::string(state), column);
     }
     if (name.starts_with("P.")) return add_variance(name.substr(1), column);
     if (name.starts_with("innovation.")) return add_innovation(name.substr(10), column);
@@ -363,6 +367,7 @@ class HeaderParser {
   FilterLogHeader header_;
   std::set<std::string> states_;
   std::map<std::string, Index> truth_;
+  std::set<std::string> angles_of_truth_;  // marked there
   Entries P_;
   std::vector<std::pair<std::string, Index>> named_P_;
   std::map<std::string, SensorColumns> sensors_;

@@ -62,6 +62,8 @@ bool LineReader::next(std::string_view& line) {
   }
   if (begin_ == end_) return false;
   ++line_number_;
+  if (std::memchr(buffer_.data() + begin_, '\r', end_ - begin_ - 1) != nullptr)
+    fail("lines end with CR alone, as on old Macs: LF, or CR LF, is read");
   fail("the last line has no end: cut off? (end it with a line break)");
 }
 

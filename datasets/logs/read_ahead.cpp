@@ -35,7 +35,8 @@ class Batch {
     numbers_ += kOfState * (row.left ? row.state.error.size() : row.normalised.error.size());
   }
   bool empty() const { return used_ == 0; }
-  bool full() const { return used_ >= 64 || numbers_ >= 32'768; }
+  /// Many rows, since each batch wakes a thread, but of large states few enough for the caches.
+  bool full() const { return used_ >= 512 || numbers_ >= 32'768; }
 
   void hand_on(RowSink& rows) {
     for (std::size_t i = 0; i < used_; ++i) {

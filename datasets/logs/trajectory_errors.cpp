@@ -267,10 +267,27 @@ bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose&
   return Eigen::LLT<Matrix>(room).info() != Eigen::Success;
 }
 
+namespace {
+
+/// Whether the times of one would meet those of the other in another unit; empty: they would not.
+std::string other_unit(double first_s, double last_s, double from, double to) {
+  constexpr std::pair<double, const char*> kUnits[] = {{1e3, "ms"}, {1e6, "µs"}, {1e9, "ns"}};
+  for (const auto& [per_second, unit] : kUnits) {
+    if (first_s < to / per_second && last_s > from / per_second)
+      return fmt::format("they would meet were the times of the truth in {}", unit);
+    if (first_s / per_second < to && last_s / per_second > from)
+      return fmt::format("they would meet were the times of the estimates in {}", unit);
+  }
+  return {};
+}
+
+}  // namespace
+
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching) {
   const double from = truth.time_s.front(), to = truth.time_s.back();
-  const std::string more = first_s < to && last_s > from ? more_of_sparse(truth, matching) : "";
+  const std::string more =
+      first_s < to && last_s > from ? more_of_sparse(truth, matching) : other_unit(first_s, last_s, from, to);
   return {estimate, "",
           fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
                       "{:.3f} to {:.3f} s, tolerance {} s{}{}",

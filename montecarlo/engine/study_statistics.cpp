@@ -8,9 +8,13 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::uint32_t kFormat = 2;
-constexpr std::uint32_t kFormatNotConverged = 3;  // the same, and behind it the runs that are not_converged
+constexpr std::uint32_t kFormat = 4;
+constexpr std::uint32_t kFormatNotConverged = 5;  // the same, and behind it the runs that are not_converged
+constexpr std::uint32_t kFormatBefore = 2;        // without the variances of heading and landmarks; 3: as 5
 constexpr std::size_t kStepSize = sizeof(StepStatistics);
+constexpr auto kQuantitiesBefore = static_cast<std::size_t>(Quantity::heading_variance);
+constexpr std::size_t kStepSizeBefore =
+    kStepSize - (static_cast<std::size_t>(Quantity::count_) - kQuantitiesBefore) * sizeof(Moments);
 constexpr std::size_t kFailureSize = 20;
 constexpr std::size_t kNotConvergedSize = sizeof(RunNotConverged);
 
@@ -25,6 +29,13 @@ void get_averages(ByteReader& r, RunAverages& averages) {
   r.get(averages.least_dof);
   averages.first.resize(r.get_count(sizeof(double)));
   for (double& value : averages.first) r.get(value);
+}
+
+void get_step(ByteReader& r, bool before, StepStatistics& step) {
+  if (!before) return r.get(step);
+  for (Moments& quantity : std::span(step.quantities).first(kQuantitiesBefore)) r.get(quantity);
+  r.get(step.nees_dof);
+  r.get(step.nis_dof);
 }
 
 }  // namespace
@@ -119,11 +130,12 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
 StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
   ByteReader r(bytes, "a stored chunk");
   const auto format = r.get<std::uint32_t>();
-  if (format != kFormat && format != kFormatNotConverged) r.refuse("has another format");
+  if (format < kFormatBefore || format > kFormatNotConverged) r.refuse("has another format");
+  const bool before = format < kFormat;
   StudyStatistics s;
   r.get(s.runs);
-  s.steps.resize(r.get_count(kStepSize));
-  for (StepStatistics& step : s.steps) r.get(step);
+  s.steps.resize(r.get_count(before ? kStepSizeBefore : kStepSize));
+  for (StepStatistics& step : s.steps) get_step(r, before, step);
   get_averages(r, s.nees_of_runs);
   get_averages(r, s.vehicle_nees_of_runs);
   s.failures.resize(r.get_count(kFailureSize));
@@ -132,7 +144,7 @@ StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
     r.get(f.step);
     r.get(f.outcome);
   }
-  if (format == kFormatNotConverged) {
+  if (format == kFormatNotConverged || format == kFormatBefore + 1) {
     s.not_converged.resize(r.get_count(kNotConvergedSize));
     for (RunNotConverged& run : s.not_converged) r.get(run);
   }

@@ -57,6 +57,8 @@ enum class Quantity : std::size_t {
   position_error_squared,  ///< m²
   heading_error_squared,   ///< rad²
   landmark_error_squared,  ///< m², mean over the landmarks in the state
+  heading_variance,        ///< rad², of P
+  landmark_variance,       ///< m², of P, mean over the landmarks in the state
   count_,
 };
 

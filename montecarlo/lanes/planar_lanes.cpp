@@ -338,7 +338,8 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, F
     s.vehicle_nees = followed ? nees_along_run_.vehicle_nees(lane) : vehicle_nees_[lane];
     s.traces.all = nees_along_run_.trace(lane);
     s.traces.position = covariance_at(0, 0)[lane] + covariance_at(1, 1)[lane];
-    s.traces.landmarks = s.traces.all - s.traces.position - covariance_at(2, 2)[lane];
+    s.traces.heading = covariance_at(2, 2)[lane];
+    s.traces.landmarks = s.traces.all - s.traces.position - s.traces.heading;
     s.position_error_squared = error_[0][lane] * error_[0][lane] + error_[1][lane] * error_[1][lane];
     s.heading_error_squared = error_[2][lane] * error_[2][lane];
     s.map_error_squared = nees_along_run_.map_error(lane);

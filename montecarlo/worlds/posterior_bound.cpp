@@ -1,6 +1,7 @@
 #include "montecarlo/worlds/posterior_bound.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/linear_algebra/decompositions.h"
@@ -43,8 +44,9 @@ BoundRecorder::BoundRecorder(const RunLayout& layout, std::int64_t runs) {
 void BoundRecorder::add(const VectorRef& bound, const VectorRef& at_truth) {
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const auto& [states, shares] = places_[i];
-    result_.blocks[i].bound.push_back(bound(states).sum() / shares);
-    result_.blocks[i].at_truth.push_back(at_truth(states).sum() / shares);
+    const double claimed = at_truth(states).sum() / shares;
+    result_.blocks[i].bound.push_back(std::isnan(claimed) ? claimed : bound(states).sum() / shares);
+    result_.blocks[i].at_truth.push_back(claimed);
   }
 }
 

@@ -28,8 +28,8 @@ namespace credence {
 /// Both for one block of a layout.
 struct BoundCurve {
   std::string block;
-  /// Squared, summed over the states of the block, of a map for each landmark, at steps 1 … T; NaN where
-  /// nothing is known of some of them.
+  /// Squared, summed over the states of the block, of a map for each landmark, at steps 1 … T; NaN until all
+  /// of them are known along every truth, since errors are those of the states that a run knows.
   std::vector<double> bound, at_truth;
 
   double mean_bound() const;     ///< over the steps

@@ -195,10 +195,10 @@ def check(
             shape, lead = own, label
         else:
             nu_parts = following(nu, label, (m,), shape, lead)
-        S_parts = following(covariances[sensor], _label("S", sensor), (m, m), shape, lead)
+        S_parts = following(covariances[sensor], _label("S", sensor), (m, m), shape, label)
         piece = _observation(observation, sensor, m)
         noise = _noise(R, sensor, m, piece)
-        R_parts = [None] * len(nu_parts) if noise is None else following(noise, _label("R", sensor), (m, m), shape, lead)
+        R_parts = [None] * len(nu_parts) if noise is None else following(noise, _label("R", sensor), (m, m), shape, label)
         sensors.append((sensor, m, piece, innovation_angles_of(innovation_angles, sensor, piece)))
         sensor_parts.append(list(zip(nu_parts, S_parts, R_parts)))
 

@@ -143,6 +143,12 @@ def _innovations(made: Any, measured: Any, runs: int) -> "dict[str, tuple[np.nda
         label = f"['{sensor}']" if sensor else ""
         shape = np.shape(value)
         m = shape[-1] if shape else 0
+        of_S = np.shape(S[sensor])
+        if shape == (runs, runs) and of_S[-1:] != (runs,):
+            raise PlugError(
+                f"filter.innovation{label} has shape {shape}, and filter.S{label} {of_S}: is z, as measure() returns it, "
+                f"of shape ({runs},), where ({runs}, m) is expected?"
+            )
         shown[sensor] = (
             _shown(value, f"filter.innovation{label}", (m,), runs),
             _shown(S[sensor], f"filter.S{label}", (m, m), runs),

@@ -367,11 +367,11 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace, std::sp
 }
 
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis) {
-  Figure figure{
-      .name = name + "-consistency",
-      .caption = fmt::format("NEES and NIS, {}. A consistent filter stays within the band "
-                             "at {:g} % of single steps, and between the outer lines at all steps.",
-                             over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence)};
+  Figure figure{.name = name + "-consistency",
+                .caption = fmt::format(
+                    "NEES and NIS, {}, and the trace of P. A consistent filter stays within the band "
+                    "at {:g} % of single steps, and between the outer lines at all steps.",
+                    over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence)};
   figure.panels.push_back(
       verdict_panel("ANEES", "mean NEES", analysis.nees, figure_data(analysis.exact, &ExactMoments::nees)));
   if (analysis.judgement && analysis.judgement->sensors.size() > 1) {
@@ -415,9 +415,9 @@ Panel accuracy_panel(const std::string& title, const char* y_label, const StepTi
   const FigureData x = step_places(times, rmse.size());
   panel.series.push_back(line_series("RMSE", ColourRole::estimate, x,
                                      figure_data(rmse, [scale](double value) { return scale * value; })));
-  if (!claimed.empty()) panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
-  panel.series.push_back(line_series("at the truth", ColourRole::neutral, x, roots(curve.at_truth)));
   panel.series.push_back(line_series("bound", ColourRole::exact, x, roots(curve.bound)));
+  panel.series.push_back(line_series("at the truth", ColourRole::neutral, x, roots(curve.at_truth)));
+  panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
   return panel;
 }
 
@@ -426,23 +426,24 @@ Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
   Figure figure{
       .name = name + "-accuracy",
       .caption =
-          "Root mean squared errors over the runs, what P says of those of positions, what a filter would "
-          "claim with its Jacobians at the truth, and the posterior Cramér-Rao bound."};
+          "Root mean squared errors over the runs, what P claims of them, what a filter would claim with its "
+          "Jacobians at the truth, and the posterior Cramér-Rao bound."};
   if (!a.bound) return figure;
   const StepTimes* const times = a.nees.times.get();
-  const Index landmarks = block_layout(a.scenario).landmarks;
-  std::vector<double> of_landmark = a.covariance.landmarks;
-  for (double& trace : of_landmark) trace /= static_cast<double>(landmarks);
   for (const BoundCurve& curve : a.bound->blocks) {
     if (curve.block == "position" && !a.errors.position_m.empty()) {
       figure.panels.push_back(accuracy_panel("Position", "error (m)", times, a.errors.position_m,
                                              a.covariance.vehicle, curve, 1.0));
     } else if ((curve.block == "heading" || curve.block == "attitude") && !a.errors.heading_rad.empty()) {
-      figure.panels.push_back(accuracy_panel("Heading", "error (°)", times, a.errors.heading_rad, {}, curve,
+      figure.panels.push_back(accuracy_panel(curve.block == "heading" ? "Heading" : "Attitude", "error (°)",
+                                             times, a.errors.heading_rad, a.covariance.heading, curve,
                                              1.0 / kRadiansPerDegree));
     } else if (curve.block == "all landmarks" && !a.errors.landmark_m.empty()) {
-      figure.panels.push_back(
-          accuracy_panel("Landmarks", "error (m)", times, a.errors.landmark_m, of_landmark, curve, 1.0));
+      figure.panels.push_back(accuracy_panel("Landmarks", "error (m)", times, a.errors.landmark_m,
+                                             a.covariance.landmark, curve, 1.0));
+      figure.caption +=
+          " Errors and claims of landmarks are of those that a run has in its state; the bound begins where "
+          "every run has all.";
     }
   }
   figure.cols = std::max(1, static_cast<int>(figure.panels.size()));

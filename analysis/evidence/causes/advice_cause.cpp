@@ -37,6 +37,7 @@ constexpr CauseRule kRules[] = {
     {find_wrong_first_step, true},
     {find_start_that_dies_out, true},
     {find_start_beside_the_rest, true},
+    {find_wrong_sensor, true},
     {find_wrong_noise, true},
     {find_error_of_truth, true},
     {find_linearisation, true},

@@ -131,7 +131,8 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     if (wrong && (!f.wrong_pair || size(*wrong) > size(*f.wrong_pair))) f.wrong_pair = wrong;
   }
   if (j.sensors.size() > 1 && !sums.sensor.nis_alone && is_inconsistent(s.nis.verdict))
-    f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness});
+    f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness,
+                               sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN});
   if (speaks(j, of_sensor(kInnovationMean, s)) &&
       (!f.innovation_mean || s.mean.p_value < f.innovation_mean->p_value))
     f.innovation_mean = s.mean;
@@ -322,6 +323,8 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.error_mean_runs = j.law.error_mean.test.count;
   findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
   findings.block = j.responsible;
+  findings.any_block_is_wrong = std::ranges::any_of(
+      j.blocks, [](const BlockVerdict& block) { return is_inconsistent(block.verdict.verdict); });
   findings.claimed_sigma = j.claimed_sigma;
   findings.lost = j.lost;
   findings.error_correlation = test_claimed_uncorrelated(e, j);

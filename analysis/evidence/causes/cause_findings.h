@@ -56,6 +56,7 @@ struct Findings {
     std::string name;
     double nis = 0.0;  ///< mean over its dof
     WhitenessTest whiteness;
+    double noise_share = kNaN;  ///< tr(S⁻¹ R)/m
   };
   std::vector<WrongSensor> wrong_sensors = {};
   /// A component of the innovations of a sensor that is wrong otherwise than the others of it.
@@ -125,6 +126,7 @@ struct Findings {
   };
   GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};
+  bool any_block_is_wrong = false;  ///< by its own NEES
   ClaimedSigmaTest claimed_sigma = {};
   LostRuns lost = {};  ///< runs that alone are wrong
   /// Of errors that P claims to be uncorrelated, over all steps of the runs.

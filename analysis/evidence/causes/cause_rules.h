@@ -146,6 +146,9 @@ Causes find_wrong_component(const Findings& findings);
 /// test of pairs speaks, that of components does not), by factors 1.1 apart at least. Names
 /// innovation_correlation.
 Causes find_wrong_pair(const Findings& findings);
+/// Of several sensors the NIS of one alone is wrong, and its lags tell no gain. Names R where S of it is
+/// mostly R, else Q or R.
+Causes find_wrong_sensor(const Findings& findings);
 /// NIS of the second half is wrong (χ²). Names Q or R by its sign and that of the lags; else by what the
 /// errors do between innovations (noise_between_innovations); else R, where S is
 /// mostly R and the innovations are whiter than a wrong Q leaves them; else either of the two.

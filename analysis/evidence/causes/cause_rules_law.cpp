@@ -111,6 +111,8 @@ std::string text_of(const GateRejection& gate) {
 Causes find_runs_that_are_lost(const Findings& findings) {
   const LostRuns& lost = findings.lost;
   if (lost.runs.empty()) return {};
+  // Outliers in all runs make one that has many.
+  if (!lost.others_are_right() && !find_outliers(findings).empty()) return {};
   std::string why;
   for (const LostRun& run : lost.runs) {
     if (&run == lost.runs.data() + 3) {
@@ -258,6 +260,7 @@ Causes find_constant_offset(const Findings& findings) {
 Causes find_wrong_dof(const Findings& findings) {
   const Moments& values = findings.nees_values;
   if (!is_inconsistent(findings.nees.verdict) || values.count < 100 || !(values.m2 > 0.0)) return {};
+  if (findings.any_block_is_wrong) return {};  // each has its own dof
   const double ratio = values.variance() / (2.0 * values.mean);
   const double of_scale = values.mean / findings.nees.expected;
   if (of_scale > kMostDof) return {};

@@ -209,6 +209,21 @@ Causes find_wrong_pair(const Findings& findings) {
                    share >= kMostlyR ? ", which is mostly R" : "")}};
 }
 
+Causes find_wrong_sensor(const Findings& findings) {
+  if (findings.wrong_sensors.size() != 1 || !find_coloured_noise(findings).empty()) return {};
+  const auto& [name, nis, whiteness, share] = findings.wrong_sensors.front();
+  if (innovation_shape(findings).gain != 0) return {};
+  if (kSmallBesideErrors * excess_of(findings.nees) > std::abs(nis - 1.0)) return {};
+  const bool high = nis > 1.0, of_R = share > kMostly;
+  const Cause cause = !of_R  ? Cause::process_or_measurement_noise
+                      : high ? Cause::measurement_noise_too_small
+                             : Cause::measurement_noise_too_large;
+  return {
+      {cause, fmt::format("only NIS of {} is wrong, {} times the expected one: {}", name, number_text(nis, 3),
+                          of_R ? fmt::format("R makes up {} of its S", number_text(share, 2))
+                               : "R of it, or the process noise of what it alone measures")}};
+}
+
 Causes find_wrong_noise(const Findings& findings) {
   if (!is_inconsistent(findings.nis.verdict) && !is_inconsistent(findings.nees.verdict)) return {};
   const double late = excess_of_second_half(findings.nis);

@@ -128,13 +128,36 @@ bool first_innovation_fits(const ConsistencyVerdict& nis) {
          first->mean <= first->simultaneous_upper;
 }
 
+// Whether some step of the first fifth exceeds the first one by more than chance at such a level.
+bool grows_after_first_step(const ConsistencyVerdict& nees, double z) {
+  const StepTest* first = first_step(nees);
+  if (first == nullptr) return false;
+  const auto end = nees.steps.begin() + static_cast<std::ptrdiff_t>(first_fifth(nees));
+  return std::any_of(nees.steps.begin(), end, [&](const StepTest& step) {
+    if (step.count == 0 || step.total_dof == 0.0) return false;
+    const double error = std::hypot((1.0 + excess_of(step)) * std::sqrt(2.0 / step.total_dof),
+                                    (1.0 + excess_of(*first)) * std::sqrt(2.0 / first->total_dof));
+    return std::abs(excess_of(step)) > std::abs(excess_of(*first)) + z * error;
+  });
+}
+
+// Whether NEES of a linear filter becomes wrong after the first step, and stays so: no P0 makes that,
+// whatever the innovations show of it.
+bool errors_come_later(const Findings& findings) {
+  const ConsistencyVerdict& nees = findings.nees;
+  return !findings.nonlinear && is_inconsistent(nees.verdict) &&
+         grows_after_first_step(nees, cause_quantile(findings, 1.0)) &&
+         stays(excess_of_steps(nees, 0, first_fifth(nees)), nees);
+}
+
 // Where a wrong P0 shows at once: in NEES of the first step, of a nonlinear filter only if no correction by
 // much has come between, or else in the first innovation; null: nowhere. It is most there and does not last.
 const ConsistencyVerdict* initial_covariance_shows(const Findings& findings) {
   const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
   const double level = cause_level(findings);
   if (noise_lasts(findings)) return nullptr;
-  if (is_inconsistent(nis.verdict) && starts_wrong(nis, level) && !dead_reckoning_of(findings).fits)
+  if (is_inconsistent(nis.verdict) && starts_wrong(nis, level) && !dead_reckoning_of(findings).fits &&
+      !errors_come_later(findings))
     return &nis;
   if (!is_inconsistent(nees.verdict) || !starts_wrong(nees, level)) return nullptr;
   const bool corrected = !nis.steps.empty() && nis.steps.front().count > 0 &&
@@ -157,19 +180,6 @@ bool dies_out(const ConsistencyVerdict& verdict, bool first_fails) {
   return is_inconsistent(verdict.verdict) && verdict.steps.size() >= 5 && first_fails &&
          std::abs(excess_of_second_half(verdict)) <
              kAllButGone * std::abs(excess_of_steps(verdict, 0, first_fifth(verdict)));
-}
-
-// Whether some step of the first fifth exceeds the first one by more than chance at such a level.
-bool grows_after_first_step(const ConsistencyVerdict& nees, double z) {
-  const StepTest* first = first_step(nees);
-  if (first == nullptr) return false;
-  const auto end = nees.steps.begin() + static_cast<std::ptrdiff_t>(first_fifth(nees));
-  return std::any_of(nees.steps.begin(), end, [&](const StepTest& step) {
-    if (step.count == 0 || step.total_dof == 0.0) return false;
-    const double error = std::hypot((1.0 + excess_of(step)) * std::sqrt(2.0 / step.total_dof),
-                                    (1.0 + excess_of(*first)) * std::sqrt(2.0 / first->total_dof));
-    return std::abs(excess_of(step)) > std::abs(excess_of(*first)) + z * error;
-  });
 }
 
 bool nees_dies_out(const Findings& findings) {
@@ -247,7 +257,7 @@ Causes find_wrong_first_step(const Findings& findings) {
 }
 
 Causes find_start_that_dies_out(const Findings& findings) {
-  const bool by_nis = nis_dies_out(findings);
+  const bool by_nis = nis_dies_out(findings) && !errors_come_later(findings);
   const bool by_nees = nees_dies_out(findings) && !is_inconsistent(findings.nis.verdict);
   if (!by_nis && !by_nees) return {};
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;

@@ -173,7 +173,9 @@ InnovationShape innovation_shape(const Findings& findings) {
 
 std::string_view where_errors_fit(const Findings& findings) {
   const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
-  if (nees.count == 0 || nees.verdict != Verdict::consistent || !is_inconsistent(nis.verdict)) return "";
+  if (nees.count == 0 || nees.verdict != Verdict::consistent || findings.any_block_is_wrong ||
+      !is_inconsistent(nis.verdict))
+    return "";
   return "; NEES fits, so look whether ν and S are those that the filter uses: S without R or of another "
          "step, ν taken after the update";
 }

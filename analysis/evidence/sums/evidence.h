@@ -13,6 +13,7 @@
 #include "analysis/evidence/sums/whole_turns.h"
 #include "analysis/laws/correlation/coarse_series.h"
 #include "analysis/laws/correlation/lateness.h"
+#include "analysis/laws/correlation/long_lags.h"
 #include "analysis/laws/correlation/whiteness.h"
 #include "analysis/laws/gate_rejection.h"
 #include "analysis/laws/shape/coverage.h"
@@ -100,10 +101,12 @@ struct SensorSums {
   double largest_nis = 0.0;
   CoverageCount ties;       ///< NIS that are equal to another of their run: never of a continuous law
   LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
+  LongLags long_lags;       ///< likewise, far beyond
   VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
   VectorMoments first;      ///< over runs: the first u of each, where it is one piece
   /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
   LagProducts scalar_lags;
+  LongLags scalar_long_lags;
   VectorMoments scalar_run_means;
   VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
   /// ν_j²/S_jj of each component of a piece of several, after the first fifth of each run.

@@ -159,13 +159,16 @@ void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& st
     }
     if (part == Part::map) {
       s[Quantity::trace_landmarks].add(trace);
+      if (places.empty()) continue;
       const double landmarks = static_cast<double>(places.size()) / static_cast<double>(layout_.landmark_dim);
-      if (!places.empty()) s[Quantity::landmark_error_squared].add(squared / landmarks);
+      s[Quantity::landmark_error_squared].add(squared / landmarks);
+      s[Quantity::landmark_variance].add(trace / landmarks);
     } else if (!places.empty() && part == Part::position) {
       s[Quantity::trace_vehicle].add(trace);
       s[Quantity::position_error_squared].add(squared);
     } else if (!places.empty()) {
       s[Quantity::heading_error_squared].add(squared);
+      s[Quantity::heading_variance].add(trace);
     }
   }
 }

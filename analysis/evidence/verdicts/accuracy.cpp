@@ -53,8 +53,8 @@ std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confi
   return all;
 }
 
-void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, Index landmarks,
-               double confidence, std::vector<BlockAccuracy>& accuracy) {
+void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, double confidence,
+               std::vector<BlockAccuracy>& accuracy) {
   for (const BoundCurve& curve : bound.blocks) {
     const auto block = std::ranges::find(accuracy, curve.block, &BlockAccuracy::of);
     if (block == accuracy.end()) continue;
@@ -63,11 +63,11 @@ void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, I
       block->at_truth = curve.mean_at_truth();
     } else if (const Moments& squared = statistics.steps.back()[Quantity::landmark_error_squared];
                squared.count > 0 && !std::isnan(curve.bound.back())) {
-      const double claimed = statistics.steps.back()[Quantity::trace_landmarks].mean;
+      const Moments& claimed = statistics.steps.back()[Quantity::landmark_variance];
       BlockAccuracy last{.of = block->of + ", last step",
                          .unit = block->unit,
                          .squared_error = positive_mean_interval(squared, confidence),
-                         .claimed = claimed / static_cast<double>(landmarks),
+                         .claimed = claimed.count > 0 ? claimed.mean : kNaN,
                          .at_truth = curve.at_truth.back(),
                          .bound = curve.bound.back()};
       accuracy.insert(block + 1, std::move(last));

@@ -38,7 +38,7 @@ std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confi
 
 /// Adds the bound. A map, whose landmarks come one by one, is compared at the last step, by the moments there
 /// of all runs, if all are known then.
-void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, Index landmarks,
-               double confidence, std::vector<BlockAccuracy>& accuracy);
+void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, double confidence,
+               std::vector<BlockAccuracy>& accuracy);
 
 }  // namespace credence::internal

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "analysis/laws/chi_square/chi_square.h"
@@ -15,29 +16,27 @@
 namespace credence::internal {
 namespace {
 
-/// Of innovations that are not white, also about their mean.
+/// With fewer runs a mean of all of them is one that each may have.
+constexpr std::int64_t kFewestToSeeAMean = 20;
+
+/// Of innovations that are not white: about their mean of many runs, or of fewer that clearly share one.
 SquareCorrelation correlation_in_time(const SensorSums& s, const WhitenessTest& whiteness,
-                                      double confidence) {
+                                      const ZeroMeanTest& mean_of_runs, double confidence) {
+  constexpr double kClearly = 0.01;
   const auto is_coloured = [](const WhitenessTest& test) { return test.reason.empty() && !test.white; };
   if (!is_coloured(whiteness)) return {};
-  const LagProducts products =
-      s.varies ? s.scalar_lags.about(s.scalar_values.mean) : s.lags.about(s.values.mean);
-  if (!is_coloured(test_whiteness(products, confidence))) return {};
-  return s.sensor.nis_alone ? score_correlation(products) : square_correlation(products);
-}
-
-/// Of NIS that may be correlated over any time: as NEES is judged, by equal stretches of its mean over the
-/// runs that are long enough, or else by the bound for every dependence.
-ConsistencyVerdict judge_lasting_nis(const SensorSums& s, const StepSeries& nis, double confidence) {
-  const std::vector<double> means = normalised_nis(s);
-  const RunAverages stretches{.moments = stretch_averages(std::span(&means, 1)).averages};
-  ConsistencyVerdict v = judge_nees(nis.moments, nis.dof, confidence, &stretches);
-  if (stretches.moments.count > 0) {
-    v.method = fmt::format(
-        "every step (Bonferroni) and the averages of {} stretches, longer than ten correlation times each",
-        stretches.moments.count);
+  TimeCorrelations in_time{
+      .lags = s.varies ? s.scalar_lags : s.lags,
+      .long_lags = s.varies ? s.scalar_long_lags : s.long_lags,
+      .runs = std::max<std::int64_t>(1, (s.varies ? s.scalar_run_means : s.run_means).count)};
+  for (const auto& [dimension, sums] : s.by_dimension) in_time.dof += static_cast<double>(sums.dof);
+  if (in_time.runs >= kFewestToSeeAMean || mean_of_runs.p_value <= kClearly) {
+    const Vector& mean = (s.varies ? s.scalar_values : s.values).mean;
+    in_time.lags = in_time.lags.about(mean);
+    in_time.long_lags = in_time.long_lags.about(mean);
+    if (!is_coloured(test_whiteness(in_time.lags, confidence))) return {};
   }
-  return v;
+  return s.sensor.nis_alone ? score_correlation(in_time) : square_correlation(in_time);
 }
 
 /// NIS within a gate beyond which the first bins have none, against the law cut off there.
@@ -96,11 +95,9 @@ void judge_within_gate(const SensorSums& s, double gate, SensorJudgement& result
 ConsistencyVerdict judge_sensor_nis(const SensorSums& s, const std::optional<GateFound>& gate,
                                     const SquareCorrelation& correlation, const StepSeries& nis,
                                     double confidence) {
-  if (!gate && !correlation.known) return judge_lasting_nis(s, nis, confidence);
   if (!gate) return judge_nis(nis.moments, nis.dof, confidence, correlation.of_sum);
-  const double steps = static_cast<double>(s.nis.size());  // as if all were one value
   return judge_gated_nis(nis.moments, static_cast<double>(s.by_dimension.begin()->first), gate->nis,
-                         confidence, correlation.known ? correlation.of_sum : steps);
+                         confidence, correlation.of_sum);
 }
 
 SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence, double gate) {
@@ -116,14 +113,16 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   }
   const LagProducts& lags = s.varies ? s.scalar_lags : s.lags;
   result.whiteness = test_whiteness(lags, confidence);
-  result.correlation = correlation_in_time(s, result.whiteness, confidence);
-  result.nis = judge_sensor_nis(s, result.gate, result.correlation, nis, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
-  const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
+  ZeroMeanTest of_runs{.p_value = kNaN};
+  if (means.count > 0 && means.count > means.mean.size() + 1 && !s.sensor.nis_alone)
+    of_runs = test_zero_mean(means);
+  result.correlation = correlation_in_time(s, result.whiteness, of_runs, confidence);
+  result.nis = judge_sensor_nis(s, result.gate, result.correlation, nis, confidence);
   if (s.sensor.nis_alone) {
     result.mean = {.p_value = kNaN, .reason = "NIS alone has no sign"};
-  } else if (enough_runs) {
-    result.mean = test_zero_mean(means);
+  } else if (of_runs.count > 0) {
+    result.mean = std::move(of_runs);
   } else {
     result.mean = test_correlated_mean(s.varies ? s.scalar_values : s.values, lags, confidence);
   }

@@ -71,8 +71,12 @@ void say(std::span<const WordPart> parts, const JointTests& joint, double alpha,
 std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
   const StepSpan& span = direction == Verdict::optimistic ? v.optimistic_steps : v.pessimistic_steps;
   const StepSpan& other = direction == Verdict::optimistic ? v.pessimistic_steps : v.optimistic_steps;
-  if (span.count == 0) return v.steps_tested > 1 ? "on average over the steps" : "";
   if (v.steps_tested == 1) return "";
+  // Where the mean decides, few steps far from each other are those in which it happens to show.
+  constexpr std::int64_t kFew = 10;  // of so many steps one
+  const bool apart = span.count == 1 || 2 * span.count < span.last - span.first + 1;
+  const bool by_mean = !v.decided_by_steps && apart && kFew * span.count < v.steps_tested;
+  if (span.count == 0 || by_mean) return v.steps_tested > 1 ? "on average over the steps" : "";
   if (span.count == 1) return "at " + v.text_of(span);
   const auto steps = std::ssize(v.steps);
   const bool lasts = span.last == steps || (!v.decided_by_steps && other.count == 0);

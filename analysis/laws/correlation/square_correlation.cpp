@@ -1,84 +1,144 @@
 #include "analysis/laws/correlation/square_correlation.h"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
-#include <numeric>
-#include <optional>
-#include <span>
+#include <functional>
+#include <utility>
 #include <vector>
 
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/decompositions.h"
 
 namespace credence::internal {
 namespace {
 
-double mean_of(std::span<const double> values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+/// What is known of the correlation about one lag.
+struct CorrelationAt {
+  double lag = 0.0;
+  double weight = 0.0;  ///< lags that it stands for
+  Matrix R;             ///< of u_k and u_{k−lag}
+  Matrix of_value;      ///< the covariance of what is correlated: of u, or of the mean of a block
+  double pairs = 0.0;
+};
+
+constexpr double kFewestPairs = 10.0;
+
+/// In the order of their lags; empty where u is singular.
+std::vector<CorrelationAt> correlations_of(const TimeCorrelations& of) {
+  std::vector<CorrelationAt> all;
+  const auto values = static_cast<double>(of.lags.pairs(0));
+  const Eigen::LLT<Matrix> factor(of.lags.product(0) / std::max(1.0, values));
+  if (values == 0.0 || factor.info() != Eigen::Success) return all;
+  double reached = 0.5;  // lags to here are there
+  const auto add = [&](const LagProducts& products, double block, Index first) {
+    const auto standardised = [&](Index h) {
+      const Matrix mean = products.product(h) / static_cast<double>(products.pairs(h));
+      const Matrix half = factor.matrixL().solve(mean);
+      return Matrix(factor.matrixL().solve(half.transpose()).transpose());
+    };
+    if (products.pairs(0) == 0) return;
+    const Matrix of_value = standardised(0);
+    for (Index h = first; h <= products.lags(); ++h) {
+      const auto pairs = static_cast<double>(products.pairs(h));
+      if (pairs < kFewestPairs) return;
+      const double lag = block * static_cast<double>(h), end = lag + 0.5 * block;
+      all.push_back({lag, end - std::exchange(reached, end), standardised(h), of_value, pairs});
+    }
+  };
+  add(of.lags, 1.0, 1);
+  double block = 1.0;
+  // Neighbouring blocks touch: their correlation is that of the shortest lags as well.
+  for (const LagProducts& level : of.long_lags.levels()) add(level, block *= LongLags::kOfBlock, 2);
+  return all;
 }
 
-/// 1 + 2 Σ of correlations at the lags 1, 2, …; nothing where too much of it lies beyond them.
-std::optional<double> time_of(std::span<const double> correlations) {
-  constexpr double kTimes = 5.0, kMostBeyond = 0.5;
-  double time = 1.0;
-  for (std::size_t h = 1; h <= correlations.size(); ++h) {
-    time += 2.0 * correlations[h - 1];
-    if (static_cast<double>(h) >= kTimes * time) return time;
+/// What the correlation of the last half of the lags says of the variance that stays in whole runs.
+struct Standing {
+  double share = 0.0;         ///< of all
+  double of_component = 0.0;  ///< in the direction where it is largest
+  double beyond = 0.0;        ///< Σ 2 (1 − h/n) over the lags that are not looked at, of n steps
+};
+
+Standing standing_of(const std::vector<CorrelationAt>& all, const TimeCorrelations& of, double steps) {
+  constexpr double kStandardErrors = 3.0, kAlike = 3.0;  // neighbouring lags have about the same error
+  constexpr double kLowest = 0.1;
+  const double last = all.back().lag;
+  Matrix mean = Matrix::Zero(of.lags.dim(), of.lags.dim());
+  double weights = 0.0, variance = 0.0;
+  const auto m = static_cast<double>(of.lags.dim());
+  for (const CorrelationAt& at : all) {
+    if (at.lag <= 0.5 * last) continue;
+    mean += at.weight * at.R;
+    weights += at.weight;
+    variance += at.weight * at.weight * at.of_value.squaredNorm() / (m * m * at.pairs);
   }
-  const std::size_t quarter = correlations.size() / 4;
-  if (quarter == 0) return std::nullopt;
-  const double early = mean_of(correlations.subspan(quarter, quarter)),
-               late = mean_of(correlations.last(quarter));
-  if (late <= 0.0) return time;
-  if (late >= early) return std::nullopt;
-  const auto between = static_cast<double>(correlations.size() - 2 * quarter);
-  const double ratio = std::pow(late / early, 1.0 / between);
-  const double beyond = 2.0 * late * std::pow(ratio, 0.5 * static_cast<double>(quarter + 1)) / (1.0 - ratio);
-  if (beyond > kMostBeyond * time) return std::nullopt;
-  return time + beyond;
+  mean /= weights;
+  const double share = mean.trace() / m;
+  if (!(share > kStandardErrors * std::sqrt(kAlike * variance) / weights)) return {};
+  const double dof = static_cast<double>(of.runs) * m;
+  const double may_be = dof / quantile(boost::math::chi_squared(dof), kLowest);
+  const double largest = Eigen::JacobiSVD<Matrix>(mean).singularValues()[0];
+  const double left = std::max(0.0, 1.0 - last / steps);
+  return {.share = std::min(1.0, may_be * share),
+          .of_component = std::min(1.0, may_be * largest),
+          .beyond = steps * left * left};
 }
 
-/// With what the estimate of a time may be too small by, of so many values; nothing of too few.
-std::optional<double> cautious(std::optional<double> time, double values) {
-  constexpr double kFewest = 50.0, kLess = 10.0;
-  if (!time) return std::nullopt;
-  const double worth = values / std::max(1.0, *time);
-  if (worth < kFewest) return std::nullopt;
-  return values / (worth - kLess);
-}
+/// 1 + 2 Σ of what is added at each lag, of sums and of a component; power: how these go with the share that
+/// stays in whole runs.
+struct Times {
+  double of_sum = 1.0, of_component = 1.0;
+  double power = 2.0;
+};
 
-/// u_k and u_{k−h}, at h = 1, 2, …
-std::vector<Matrix> correlations_of(const LagProducts& products) {
-  std::vector<Matrix> correlations = standardised_products(products);
-  const auto values = static_cast<double>(products.pairs(0));
-  for (std::size_t i = 0; i < correlations.size(); ++i)
-    correlations[i] *= values / static_cast<double>(products.pairs(static_cast<Index>(i) + 1));
-  return correlations;
-}
-
-SquareCorrelation joined(std::optional<double> of_sum, std::optional<double> of_component) {
-  if (!of_sum || !of_component) return {.known = false};
-  return {.of_sum = *of_sum, .of_component = *of_component};
+SquareCorrelation correlation_of(const TimeCorrelations& of,
+                                 const std::function<Times(const std::vector<CorrelationAt>&)>& times_of) {
+  constexpr double kFewest = 20.0, kLess = 10.0;
+  const auto values = static_cast<double>(of.lags.pairs(0));
+  const double steps = std::max(1.0, of.dof / static_cast<double>(of.runs * of.lags.dim()));
+  const std::vector<CorrelationAt> all = correlations_of(of);
+  if (all.empty()) return {.of_sum = steps, .of_component = steps, .known = false};
+  const Standing standing = standing_of(all, of, steps);
+  const Times times = times_of(all);
+  const auto cautious = [&](double time, double share) {
+    const double worth = values / std::max(1.0, time);
+    if (worth < kFewest) return steps;
+    return std::min(steps, values / (worth - kLess) + standing.beyond * std::pow(share, times.power));
+  };
+  return {.of_sum = cautious(times.of_sum, standing.share),
+          .of_component = cautious(times.of_component, standing.of_component),
+          .known =
+              standing.share == 0.0 && values / std::max({1.0, times.of_sum, times.of_component}) >= kFewest};
 }
 
 }  // namespace
 
-SquareCorrelation square_correlation(const LagProducts& products) {
-  const auto values = static_cast<double>(products.pairs(0)), m = static_cast<double>(products.dim());
-  std::vector<double> of_sum, of_component;
-  for (Index h = 1; const Matrix& R : correlations_of(products)) {
-    const double chance = m / static_cast<double>(products.pairs(h++));
-    of_sum.push_back(R.squaredNorm() / m - chance);
-    const double largest = Eigen::JacobiSVD<Matrix>(R).singularValues()[0];
-    of_component.push_back(std::max(0.0, largest * largest - chance));
-  }
-  return joined(cautious(time_of(of_sum), values), cautious(time_of(of_component), values));
+SquareCorrelation square_correlation(const TimeCorrelations& of) {
+  return correlation_of(of, [&of](const std::vector<CorrelationAt>& all) {
+    const Index m = of.lags.dim();
+    Matrix added = Matrix::Zero(m, m);  // Σ R_h R_hᵀ, without what chance makes of it where R_h is 0
+    for (const CorrelationAt& at : all) {
+      const Matrix chance = at.of_value.trace() / at.pairs * at.of_value;
+      added += at.weight * (at.R * at.R.transpose() - chance);
+    }
+    // aᵀR_h a is at most |R_hᵀa|, whichever a.
+    const Eigen::SelfAdjointEigenSolver<Matrix> along(added, Eigen::EigenvaluesOnly);
+    return Times{.of_sum = 1.0 + 2.0 * added.trace() / static_cast<double>(m),
+                 .of_component = 1.0 + 2.0 * along.eigenvalues().maxCoeff()};
+  });
 }
 
-SquareCorrelation score_correlation(const LagProducts& products) {
-  std::vector<double> scores;
-  for (const Matrix& R : correlations_of(products)) scores.push_back(R(0, 0));
-  const auto time = cautious(time_of(scores), static_cast<double>(products.pairs(0)));
-  return joined(time, time);
+SquareCorrelation score_correlation(const TimeCorrelations& of) {
+  return correlation_of(of, [](const std::vector<CorrelationAt>& all) {
+    constexpr double kTimes = 5.0;  // errors of r_h add up: to the window of [Sokal 1989]
+    double time = 1.0;
+    for (const CorrelationAt& at : all) {
+      if (at.lag > kTimes * time) break;
+      time += 2.0 * at.weight * at.R(0, 0);
+    }
+    return Times{.of_sum = time, .of_component = time, .power = 1.0};
+  });
 }
 
 }  // namespace credence::internal

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+
+#include "analysis/laws/correlation/long_lags.h"
 #include "analysis/laws/correlation/whiteness.h"
 
 namespace credence::internal {
@@ -8,22 +11,34 @@ namespace credence::internal {
 struct SquareCorrelation {
   double of_sum = 1.0;        ///< Var Σ_k |u_k|², over that of white u
   double of_component = 1.0;  ///< Var Σ_k (aᵀu_k)², likewise, at most, in whichever direction a
-  bool known = true;          ///< false: they are correlated over more steps than are looked at
+  /// false: they are worth too few values to say, or part of them stays in whole runs. What is above is then
+  /// what it can be at most: as if every run were one value.
+  bool known = true;
 };
 
-/// Of Gaussian u_k, normalised, of which `products` are about their mean, with R_h the correlation of u_k and
-/// u_{k−h}: 1 + 2 Σ_h ‖R_h‖_F²/m and 1 + 2 Σ_h ‖R_h‖₂², as Cov(|u_k|², |u_{k−h}|²) = 2 ‖R_h‖_F².
+/// The correlations in time of so many runs (≥ 1), whose |u_k|² have so many dof in all: those of the
+/// products, and of values that are in none, as of the first steps.
+struct TimeCorrelations {
+  LagProducts lags;
+  LongLags long_lags;
+  std::int64_t runs = 1;
+  double dof = 0.0;
+};
+
+/// Of Gaussian u_k, normalised, with R_h the correlation of u_k and u_{k−h}: 1 + 2 Σ_h ‖R_h‖_F²/m and
+/// 1 + 2 Σ_h ‖R_h‖₂², as Cov(|u_k|², |u_{k−h}|²) = 2 ‖R_h‖_F², over lags to 20 and, of means of blocks,
+/// beyond; what chance makes of ‖R_h‖² is taken off. 1 of what is white.
 ///
-/// What chance makes of ‖R_h‖² is taken off. The sums end at the window of [Sokal 1989]; where that is beyond
-/// the lags, the rest is that of a geometric series from the lags of the second quarter to those of the last,
-/// at most half of what is within: else, and where the N values are worth fewer than fifty, not known. 1 of
-/// what is white. Approximate: N/τ is taken as ten less than it looks, and then Σ|u|² as τ' χ²(N m/τ') has
-/// each tail of 2.5 % at 0.5 to 5 % of autoregressions (φ 0.3 to 0.95, 100 to 4000 values, one run or thirty,
-/// one or three components).
-SquareCorrelation square_correlation(const LagProducts& products);
+/// Where the values are worth fewer than twenty, each run counts as one: of Gaussian values of any
+/// correlation the mean of u² has no wider tails than where it is the same in the whole run, from 1.54 on
+/// [Székely 2003]. So, in part, where R_h is clearly positive at the lags of the last half: that
+/// share c of the variance is taken to stay in whole runs, c as large as it may be where χ²(runs m) shows the
+/// lowest tenth of its values. Approximate, as N/τ is taken as ten less than it looks (measured levels:
+/// docs/statistics.md).
+SquareCorrelation square_correlation(const TimeCorrelations& of);
 
 /// The same of one number each that is as good as its NIS, of which NIS is a function that grows: Var Σ over
 /// that of white ones is 1 + 2 Σ_h r_h.
-SquareCorrelation score_correlation(const LagProducts& products);
+SquareCorrelation score_correlation(const TimeCorrelations& of);
 
 }  // namespace credence::internal

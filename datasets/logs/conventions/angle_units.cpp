@@ -111,11 +111,16 @@ std::string AngleUnits::wrap_text(std::size_t i) const {
 // wrapped.
 std::string AngleUnits::all_in_degrees_text(std::size_t i) const {
   const State& state = states_[i];
-  if (!layout_.angles[i] || state.estimates == 0 ||
-      state.count < static_cast<std::int64_t>(kFewestForReading))
-    return {};
+  if (!layout_.angles[i] || state.count < static_cast<std::int64_t>(kFewestForReading)) return {};
   const double sigma = state.sigma / static_cast<double>(state.count);
-  if (!(std::max(-state.least, state.most) > kRadiansOfTurn && sigma > kWideAngle)) return {};
+  if (!(sigma > kWideAngle)) return {};
+  if (state.estimates == 0 && in_degrees(i) == InDegrees::nothing) {
+    return fmt::format(
+        "{} is perhaps in degrees, error and P, where radians are expected: its σ is {} on average, which "
+        "leaves an angle unknown.",
+        layout_.states[i], number_text(sigma, 3));
+  }
+  if (state.estimates == 0 || !(std::max(-state.least, state.most) > kRadiansOfTurn)) return {};
   return fmt::format(
       "{} is perhaps in degrees, estimate, truth and P, where radians are expected: its estimates go to "
       "{}, beyond a turn, and its σ is {} on average, which leaves an angle unknown.",

@@ -14,11 +14,11 @@ namespace credence::internal {
 /// what is only likely here.
 ///
 /// Certain is a wrap: of successive estimates of a run, one near an end of a turn and the next near the
-/// other. Likely is an angle whose estimates go beyond a turn, with a σ that leaves it unknown. What else is
-/// likely is told where all other states have errors as P says: errors that are larger than P
-/// says as degrees are larger than radians, or smaller; of an angle with a small σ whose errors fill the
-/// whole circle it is said that they do. States that are not said to be angles, such as the components of a
-/// rotation vector, must be so more closely.
+/// other. Likely is an angle with a σ that leaves it unknown, whose estimates, where there are some, go
+/// beyond a turn. What else is likely is told where all other states have errors as P says: errors that are
+/// larger than P says as degrees are larger than radians, or smaller; of an angle with a small σ whose errors
+/// fill the whole circle it is said that they do. States that are not said to be angles, such as the
+/// components of a rotation vector, must be so more closely.
 class AngleUnits final : public ForwardingSink {
  public:
   using ForwardingSink::ForwardingSink;

@@ -13,8 +13,9 @@ NeesValue pose_nees(const Vector& error, const ArrowCovariance& P, NeesSolver& s
 }
 
 PlanarTraces planar_traces(const ArrowCovariance& P) {
-  PlanarTraces traces{.position = P.variance(0) + P.variance(1), .landmarks = P.trace_of_map()};
-  traces.all = traces.position + P.variance(2) + traces.landmarks;
+  PlanarTraces traces{
+      .position = P.variance(0) + P.variance(1), .heading = P.variance(2), .landmarks = P.trace_of_map()};
+  traces.all = traces.position + traces.heading + traces.landmarks;
   return traces;
 }
 

@@ -18,8 +18,8 @@ NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {
 PlanarTraces planar_traces(const Matrix& P) { return planar_traces(P.trace(), P.topLeftCorner<3, 3>()); }
 
 PlanarTraces planar_traces(double trace, const Eigen::Matrix3d& pose) {
-  PlanarTraces traces{.all = trace, .position = pose(0, 0) + pose(1, 1)};
-  traces.landmarks = traces.all - traces.position - pose(2, 2);
+  PlanarTraces traces{.all = trace, .position = pose(0, 0) + pose(1, 1), .heading = pose(2, 2)};
+  traces.landmarks = traces.all - traces.position - traces.heading;
   return traces;
 }
 

@@ -23,6 +23,7 @@ NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver);
 struct PlanarTraces {
   double all = 0.0;        ///< tr P
   double position = 0.0;   ///< of x and y
+  double heading = 0.0;    ///< of the heading
   double landmarks = 0.0;  ///< of the map
 };
 

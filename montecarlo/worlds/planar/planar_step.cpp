@@ -17,8 +17,11 @@ void PlanarStep::add_to(StepStatistics& s, RunTotals& sums) const {
   s[Quantity::trace_landmarks].add(traces.landmarks);
   s[Quantity::position_error_squared].add(position_error_squared);
   s[Quantity::heading_error_squared].add(heading_error_squared);
+  s[Quantity::heading_variance].add(traces.heading);
   if (landmarks > 0) {
-    s[Quantity::landmark_error_squared].add(map_error_squared / static_cast<double>(landmarks));
+    const auto count = static_cast<double>(landmarks);
+    s[Quantity::landmark_error_squared].add(map_error_squared / count);
+    s[Quantity::landmark_variance].add(traces.landmarks / count);
   }
 }
 

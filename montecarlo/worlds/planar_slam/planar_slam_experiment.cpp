@@ -48,7 +48,9 @@ class PlanarSlamExperiment::Run {
     step_.nees_dof = whole.dof;
     step_.vehicle_nees = pose.value;
     step_.vehicle_dof = pose.dof;
-    step_.traces.position = filter.plane_pose_covariance().topLeftCorner<2, 2>().trace();
+    const Eigen::Matrix3d in_plane = filter.plane_pose_covariance();
+    step_.traces.position = in_plane(0, 0) + in_plane(1, 1);
+    step_.traces.heading = in_plane(2, 2);
     step_.traces.landmarks = P.diagonal().tail(n - 3).sum();
     step_.traces.all = P.diagonal().sum();
     const Pose error = run_.plane_error();

@@ -103,10 +103,12 @@ void add_parts(const RunLayout& layout, const TraceStep& step, NeesSolver& solve
     const std::vector<Index> places = places_of(block, step, layout);
     if (places.empty()) continue;
     const auto squared_error = [&] { return step.error(places).squaredNorm(); };
+    const auto trace = [&] { return step.P.diagonal()(places).sum(); };
     if (block.part == Part::position) {
-      s[Quantity::trace_vehicle].add(step.P.diagonal()(places).sum());
+      s[Quantity::trace_vehicle].add(trace());
       s[Quantity::position_error_squared].add(squared_error());
     } else if (block.part == Part::heading) {
+      s[Quantity::heading_variance].add(trace());
       s[Quantity::heading_error_squared].add(squared_error());
     } else if (block.part == Part::pose) {
       const NeesValue nees = solver.solve(step.error(places), step.P(places, places));

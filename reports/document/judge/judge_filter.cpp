@@ -57,8 +57,8 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
   if (!complete) return logs;
   Judgement& judgement = logs.analysis.judgement;
   if (is_inconsistent(judgement.word.verdict) || !judgement.causes.empty()) {
-    logs.remarks = mistakes_of(experiment, options.runs, options.steps);
-    if (!logs.remarks.empty()) drop_explained_causes(judgement);
+    logs.mistakes = mistakes_of(experiment, options.runs, options.steps);
+    if (!logs.mistakes.empty()) drop_explained_causes(judgement);
   }
   for (const RunFailure& failure : logs.analysis.evidence.study.failures) {
     if (failure.outcome != Outcome::threw || !said) continue;
@@ -89,7 +89,7 @@ JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believ
   LogAnalysis& a = logs.analysis;
   if (a.complete && plain && options.measurement_delay == 0) {
     a.bound = posterior_bound(truth, options.plug());
-    add_bound(*a.bound, a.evidence.study, 0, a.judgement.nees.confidence, a.judgement.accuracy);
+    add_bound(*a.bound, a.evidence.study, a.judgement.nees.confidence, a.judgement.accuracy);
   }
   return JudgedFilter(judged_logs(std::move(logs)));
 }

@@ -107,9 +107,9 @@ std::string form_of(std::string_view sentence) {
   return form;
 }
 
-/// The sentences of several files, the first of those that differ by their numbers alone; with the name of
-/// its file, where there are others of which it is not true.
-std::vector<std::string> remarks_of(const LogJudgeResult& result) {
+/// The sentences of several files, of their mistakes or what else is remarked, the first of those that differ
+/// by their numbers alone; with the name of its file, where there are others of which it is not true.
+std::vector<std::string> remarks_of(const LogJudgeResult& result, bool mistakes) {
   struct Told {
     const LogRemark* first;
     std::set<fs::path> files;
@@ -118,6 +118,7 @@ std::vector<std::string> remarks_of(const LogJudgeResult& result) {
   std::vector<Told> all;
   std::map<std::string, std::size_t> place;  // of a form
   for (const LogRemark& remark : result.remarks) {
+    if (remark.mistake != mistakes) continue;
     const auto [found, is_new] = place.try_emplace(form_of(remark.sentence), all.size());
     if (is_new) all.push_back({&remark, {}});
     Told& told = all[found->second];
@@ -240,7 +241,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.format = format_text(options, formats);
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
-  logs.remarks = remarks_of(result);
+  logs.remarks = remarks_of(result, false);
   if (!result.copies.says.empty()) logs.remarks.push_back(result.copies.says);
   std::ranges::move(result.judged.sentences(), std::back_inserter(logs.remarks));
   judge_collected(
@@ -252,7 +253,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
        .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr,
        .run_names = std::move(result.run_names),
        .copies = result.copies.many() ? std::move(result.copies.says) : std::string()},
-      {.explained = result.explained(), .swapped_axes = result.swapped_axes}, logs);
+      {.said = remarks_of(result, true), .swapped_axes = result.swapped_axes}, logs);
   logs.analysis.complete = result.complete;
   require_something_to_judge(logs, files.front());
   logs.poses = std::move(result.poses);

@@ -273,7 +273,7 @@ std::string markdown_summary(const CheckedLogs& logs) {
     text += gate_sentence(*logs.gate) + "\n\n";
   }
   if (const std::string lost = not_judged(logs.analysis.evidence); !lost.empty()) bullets({lost + "."});
-  bullets(advice_sentences(j));
+  bullets(logs.advice());
   bullets(logs.factor_sentences());
   bullets(logs.all_remarks());
   return text;

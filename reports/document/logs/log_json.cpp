@@ -118,7 +118,8 @@ std::string log_json(const CheckedLogs& logs) {
   j["rejected"] = rejected_json(s);
   j["unmatched_rows"] = logs.unmatched_rows;
   j["format"] = logs.format;
-  j["remarks"] = logs.all_remarks();
+  j["remarks"] = logs.mistakes;
+  for (std::string& remark : logs.all_remarks()) j["remarks"].push_back(std::move(remark));
   j["poses"] = poses_json(logs.poses);
   if (logs.gate) j["baseline"] = gate_json(*logs.gate);
   j["calibration"] = logs.calibration.unit_count == 0 && logs.units.names.empty()

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -136,6 +137,12 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
   return all;
 }
 
+std::vector<std::string> CheckedLogs::advice() const {
+  std::vector<std::string> all = mistakes;
+  std::ranges::move(advice_sentences(analysis.judgement), std::back_inserter(all));
+  return all;
+}
+
 std::vector<std::string> CheckedLogs::factor_sentences() const {
   const Judgement& j = analysis.judgement;
   if (!j.lost.runs.empty()) {
@@ -171,13 +178,16 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
   logs.units = unit_factors(calibration);
   if (logs.calibration.unit_count > 0 && judgement.nees.factor.reason.empty())
     logs.calibration.whole.factor = judgement.nees.factor;
+  if (judgement.nees.count > 0 && judgement.nees.mean == 0.0)
+    mistakes.said.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
   if (mistakes.swapped_axes) {
     leave_swapped_open(judgement);
     logs.calibration = {};
     logs.units = {};
-  } else if (mistakes.explained) {
+  } else if (!mistakes.said.empty()) {
     drop_explained_causes(judgement);
   }
+  logs.mistakes = std::move(mistakes.said);
 }
 
 void drop_explained_causes(Judgement& judgement) {
@@ -210,7 +220,7 @@ Document log_document(CheckedLogs given) {
   verdicts.title = "One row for the whole state, the innovations, and each block of states";
   document.table(std::move(verdicts));
   add_rejected(document, a.evidence);
-  if (std::vector<std::string> advice = advice_sentences(a.judgement); !advice.empty()) {
+  if (std::vector<std::string> advice = logs.advice(); !advice.empty()) {
     document.section("What to do");
     document.bullets(std::move(advice));
   }

@@ -42,30 +42,32 @@ struct CheckedLogs {
   std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
   LogAnalysis analysis;
   std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
-  std::vector<std::string> remarks{};  ///< sentences: what the reader left out, or took for something
-  std::vector<LogPoses> poses{};       ///< of the files that hold some
+  std::vector<std::string> mistakes{};  ///< sentences: why errors misfit, by how they were logged
+  std::vector<std::string> remarks{};   ///< sentences: what the reader left out, or took for something
+  std::vector<LogPoses> poses{};        ///< of the files that hold some
   Calibration calibration{};
   UnitFactors units{};  ///< of it
   std::optional<LogGate> gate{};
   RunErrors first_run{};  ///< of the first file; without steps where it was not kept
 
-  /// `remarks`, and what their layout misses.
+  /// `remarks`, and what the layout misses.
   std::vector<std::string> all_remarks() const;
+  /// What to do: first of the mistakes, then what the judgement advises.
+  std::vector<std::string> advice() const;
   /// What the factors on P are; of runs that alone are wrong none is, but whose they are.
   std::vector<std::string> factor_sentences() const;
 };
 
-/// What remarks say of the numbers themselves.
+/// What is wrong with the numbers themselves.
 struct InputMistakes {
-  bool explained = false;     ///< a mistake is named that makes errors misfit
-  bool swapped_axes = false;  ///< runs are steps, and steps are runs
+  std::vector<std::string> said{};  ///< CheckedLogs::mistakes
+  bool swapped_axes = false;        ///< that is what they say: runs are steps, and steps are runs
 };
 
 /// Judges what was collected of logs: their analysis, calibration and units. Where an error stays as it is
 /// over whole runs (LawSums::errors_stand), or lasts for tenths of a few (StretchSums::stand), these are the
 /// units of `calibration`. The factor on the whole P is that of the verdict on NEES, where it has one. Where
-/// a remark names a mistake of the log, so that its errors are `explained`, what they alone tell is no likely
-/// cause; of swapped axes nothing is judged.
+/// mistakes are named, what errors alone tell is no likely cause; of swapped axes nothing is judged.
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      InputMistakes mistakes, CheckedLogs& logs);
 

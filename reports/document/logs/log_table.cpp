@@ -239,8 +239,6 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {
     table.notes.push_back("NEES: " + a.nees.reason + ".");
   }
-  if (a.nees.count > 0 && a.nees.mean == 0.0)
-    table.notes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
   if (a.word.verdict == Verdict::not_gaussian) {
     table.notes.push_back(
         "not Gaussian: P is right. The verdicts of the rows assume a Gaussian law, which these errors do not "
@@ -255,8 +253,8 @@ std::vector<std::string> log_statistics(const Judgement& a) {
   for (const NeesOverTime& nees : a.nees_over_time)
     append_item(over_time, (nees.of.empty() ? "" : "of " + nees.of + " ") + p_value_statement(nees.p_value));
   if (!over_time.empty()) {
-    sentences.push_back(
-        fmt::format("NEES that goes up and down in time, beyond the memory of the errors: {}.", over_time));
+    sentences.push_back(fmt::format(
+        "Test whether NEES changes in time, beyond what the memory of the errors makes: {}.", over_time));
   }
   for (const SensorJudgement& s : a.sensors) sentences.push_back(tests_of(s));
   for (const SensorJudgement& s : a.sensors) {
@@ -279,7 +277,7 @@ ReportTable log_table(const CheckedLogs& logs) {
   const auto note = [&table](std::vector<std::string> sentences) {
     for (std::string& sentence : sentences) table.notes.push_back(std::move(sentence));
   };
-  note(advice_sentences(a));
+  note(logs.advice());
   if (logs.gate) note({gate_sentence(*logs.gate)});
   note(logs.factor_sentences());
   note(log_statistics(a));

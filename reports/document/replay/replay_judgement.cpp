@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -89,6 +88,33 @@ std::string contradiction(const NormalisedError& shape, double scale, double con
       number_text(scale, 3), number_text(scaled, 4), shape.dof);
 }
 
+/// How much of the NEES is that of the linearisation; empty where no run has its Jacobians at the truth.
+std::string about_linearisation(std::span<const ReportedReplay> replays) {
+  double own = 0.0, ideal = 0.0;
+  std::int64_t count = 0;
+  for (const ReportedReplay& replay : replays) {
+    if (!replay.ideal) continue;
+    own += replay.result.vehicle_nees.sum;
+    ideal += replay.ideal->vehicle_nees.sum;
+    count += replay.result.vehicle_nees.count;
+  }
+  if (count == 0) return {};
+  own /= static_cast<double>(count);
+  ideal /= static_cast<double>(count);
+  const double expected = replays.front().result.vehicle_nees.expected;
+  std::string words = fmt::format(
+      "With Jacobians at the truth the mean NEES of the vehicle is {} instead of {}, where {} is expected",
+      number_text(ideal, 4), number_text(own, 4), number_text(expected, 4));
+  if (own > expected) {
+    const double share = (own - ideal) / (own - expected);
+    words += fmt::format(": the EKF's linearisation at its own estimates is {} of what is too much",
+                         share >= 0.5   ? "most"
+                         : share >= 0.1 ? "a part"
+                                        : "no part");
+  }
+  return words + ". No such filter could be built; it tells this as long as estimates are near the truth.";
+}
+
 /// What is not judged, and what the tests assume.
 std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<const ReportedReplay> replays,
                                    double confidence) {
@@ -115,10 +141,7 @@ std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<c
   limits.emplace_back(
       "The map as it lies carries the error of the start, which the innovations cannot see; its shape does "
       "not. The survey is taken as exact.");
-  if (std::ranges::any_of(replays, [](const auto& r) { return r.ideal.has_value(); }))
-    limits.emplace_back(
-        "Jacobians at the truth are no filter that could be built: they show what of the NEES comes from the "
-        "EKF's linearisation at its own estimates, as long as these are near the truth.");
+  if (std::string words = about_linearisation(replays); !words.empty()) limits.push_back(std::move(words));
   return limits;
 }
 

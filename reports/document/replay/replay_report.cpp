@@ -80,7 +80,7 @@ ReportTable replay_table(const ReportedReplay& replay) {
   const bool heading = has_true_heading(r);
   const char* reference = heading ? "against motion capture" : "against GPS";
   table.add({"mean NIS of an observation", mean_text(r.nis), number_text(r.nis.expected),
-             fmt::format("{} observations", r.nis.count)});
+             fmt::format("{} observations, each by itself", r.nis.count)});
   table.add({heading ? "mean NEES of the pose" : "mean NEES of the position", mean_text(r.vehicle_nees),
              number_text(r.vehicle_nees.expected), fmt::format("{} references", r.vehicle_nees.count)});
   table.add({"mean NEES of a landmark", mean_text(r.landmark_nees), number_text(r.landmark_nees.expected),

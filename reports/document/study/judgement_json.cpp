@@ -206,10 +206,8 @@ Json failure_json(const RunFailure& failure) {
 }
 
 Json covariance_json(const CovarianceCurves& curves) {
-  return {{"trace_prior", curves.trace_prior},
-          {"trace", curves.trace},
-          {"vehicle", curves.vehicle},
-          {"landmarks", curves.landmarks}};
+  return {{"trace_prior", curves.trace_prior}, {"trace", curves.trace},     {"vehicle", curves.vehicle},
+          {"landmarks", curves.landmarks},     {"heading", curves.heading}, {"landmark", curves.landmark}};
 }
 
 Json errors_json(const ErrorCurves& curves) {

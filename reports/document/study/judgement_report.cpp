@@ -462,16 +462,19 @@ Figure evidence_figure(const std::string& name, const Judgement& j) {
                 .caption = fmt::format(
                     "Further tests, over {} run{}: the values of NIS taken through their distribution "
                     "function, which makes them uniform; the correlation of the normalised innovation with "
-                    "itself in time; how often the truth lies within kσ of the whole state.",
+                    "itself in time",
                     j.runs, j.runs == 1 ? "" : "s")};
   for (std::size_t i = 0; i < std::min(kSensors, j.sensors.size()); ++i) {
     const SensorJudgement& sensor = j.sensors[i];
     if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));
     if (sensor.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(sensor, j.confidence));
   }
-  if (j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
+  constexpr std::int64_t kRuns = 5;  // of fewer a share of them jumps from step to step
+  if (j.runs >= kRuns && j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
     figure.panels.push_back(coverage_panel(j));
+    figure.caption += "; how often the truth lies within kσ of the whole state";
   }
+  figure.caption += ".";
   arrange(figure);
   return figure;
 }

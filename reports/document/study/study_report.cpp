@@ -256,12 +256,14 @@ void add_statistics(Document& document, const StudyAnalysis& a) {
 void add_study(Document& document, const ReportedStudy& study, const std::string& name) {
   const StudyAnalysis& a = study.analysis;
   if (!study.description.empty()) document.paragraph(study.description);
-  document.facts({{"world", world_text(a.scenario)},
-                  {"inflation", filter_text(a.scenario.filter)},
-                  {"runs", fmt::format("{}{} of {} steps, seed {}", a.statistics.runs,
-                                       a.complete ? "" : " (interrupted)", a.scenario.study.steps,
-                                       a.scenario.study.seed)},
-                  {"state", fmt::format("{} dimensions", a.state_dim)}});
+  document.facts(
+      {{"world", world_text(a.scenario)},
+       {"inflation", filter_text(a.scenario.filter)},
+       {"runs",
+        fmt::format("{}{} of {} steps, seed {}", a.statistics.runs,
+                    a.complete ? "" : fmt::format(" (interrupted; {} were asked for)", a.scenario.study.runs),
+                    a.scenario.study.steps, a.scenario.study.seed)},
+       {"state", fmt::format("{} dimensions", a.state_dim)}});
   if (a.stop) document.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
   if (a.judgement) document.bullets(study_advice(*a.judgement));
   add_failures(document, a);

@@ -263,6 +263,12 @@ TEST_F(FilterLog, NanIsABlankAsProgramsWriteIt) {
   }
 }
 
+TEST_F(FilterLog, AnAngleMayBeMarkedInEitherColumn) {
+  for (const char* header : {"estimate.h:angle,truth.h,P.1.1\n", "estimate.h,truth.h:angle,P.1.1\n"}) {
+    EXPECT_NEAR(read(std::string(header) + "3,-3,1\n").at(0).error[0], 6.0 - 2.0 * std::numbers::pi, 1e-15);
+  }
+}
+
 TEST_F(FilterLog, NumbersMayHaveASignAndQuotesAndBeTooSmallForADouble) {
   const std::vector<Step> rows = read(kHeader + "1,+2,\"0.5\",1e-400, \"-0.25\" ,4,0,9,0,2\n");
   ASSERT_EQ(rows.size(), 1U);
@@ -295,6 +301,9 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + "1,2,3,2,3,4,,9,0,2\n", "column P.1.2 is blank"},
       {kHeader + "1,2,3,2,3,4,0,9,0,\n", "column S.1.1 is blank"},
       {"estimate.x,truth.x\n1,1\n", "log.csv:1: column P.1.1 is missing"},
+      {"error.x,error.y,P.1.1,P.2.2\n1,1,1,1\n",
+       "column P.1.2 is missing (0 where the two are not correlated)"},
+      {"error.x,P.1.1\r1,1\r2,1\r", "lines end with CR alone, as on old Macs"},
       {"estimate.x,truth.y,P.1.1\n1,1,1\n", "column truth.x is missing"},
       {"estimate.x,P.1.1\n1,1\n", "nothing to judge"},
       {"estimate.x,truth.x,P.1.1,P.1.1\n1,1,1,1\n", "twice"},

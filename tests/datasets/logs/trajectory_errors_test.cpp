@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Vector3 = Eigen::Vector3d;
 
 constexpr double kQuarterTurn = std::numbers::pi / 2.0;
@@ -122,6 +123,20 @@ TEST(TrajectoryErrors, CountsWhatHasNoTruthAndMeasuresTheWayOfTheTruth) {
       no_truth(estimate.file, 10.0, 15.0, truth, {}).what(),
       HasSubstr("estimate.txt: no row has a truth at its time in : estimates from 10.000 to 15.000 s, "
                 "truth from 0.000 to 2.000 s, tolerance 0.02 s"));
+}
+
+TEST(TrajectoryErrors, TimesInAnotherUnitAreToldWhereTheyWouldMeet) {
+  const auto said = [](double estimate, double truth) {
+    Trajectory moved = each_second({{}, {}, {}});
+    for (double& t : moved.time_s) t = truth * (1.6e9 + t);
+    const double first = estimate * 1.6e9, last = estimate * (1.6e9 + 2.0);
+    return std::string(no_truth("estimate.txt", first, last, moved, {}).what());
+  };
+  EXPECT_THAT(said(1.0, 1e3), HasSubstr("; they would meet were the times of the truth in ms"));
+  EXPECT_THAT(said(1.0, 1e9), HasSubstr("; they would meet were the times of the truth in ns"));
+  EXPECT_THAT(said(1e6, 1.0), HasSubstr("; they would meet were the times of the estimates in µs"));
+  EXPECT_THAT(said(1e9, 1e6), HasSubstr("; they would meet were the times of the estimates in ms"));
+  EXPECT_THAT(said(1.0, 2.0), Not(HasSubstr("would meet")));
 }
 
 // Three quarters of the interval would take all but the rows in its middle, or these alone.

@@ -54,6 +54,25 @@ TEST(StudyStatistics, BytesReadBackToTheSame) {
       << "3 steps, one run that failed, and had not converged before";
 }
 
+// Formats 2 and 3 had ten quantities a step.
+TEST(StudyStatistics, BytesOfTheFormatBeforeAreRead) {
+  for (const bool all_converged : {true, false}) {
+    StudyStatistics s = sample(1, 10);
+    if (!all_converged) s.not_converged.push_back({.run = 5, .steps = 1});
+    for (StepStatistics& step : s.steps) {
+      step[Quantity::heading_variance] = step[Quantity::landmark_variance] = {};
+    }
+    std::vector<std::byte> bytes = to_bytes(s);
+    bytes[0] = static_cast<std::byte>(all_converged ? 2 : 3);
+    constexpr std::ptrdiff_t kHead = 20, kMoments = 24, kDofs = 16;
+    for (std::ptrdiff_t step = 0; step < 3; ++step) {
+      const auto gone = bytes.begin() + kHead + step * (10 * kMoments + kDofs) + 10 * kMoments;
+      bytes.erase(gone, gone + 2 * kMoments);
+    }
+    EXPECT_EQ(statistics_from_bytes(bytes), s);
+  }
+}
+
 TEST(StudyStatistics, BytesThatAreCutOrChangedAreRefused) {
   const std::vector<std::byte> bytes = to_bytes(sample(1, 10));
   for (std::size_t n = 0; n < bytes.size(); n += 7) {

@@ -118,6 +118,10 @@ TEST(PosteriorBound, OfAMapStartsOnceEveryLandmarkWasSeen) {
   const BoundCurve& map = *bound.find("all landmarks");
   EXPECT_TRUE(std::isnan(map.bound.front()));
   EXPECT_FALSE(std::isnan(map.bound.back()));
+  for (std::size_t k = 0; k < map.bound.size(); ++k) {
+    EXPECT_EQ(std::isnan(map.bound[k]), std::isnan(map.at_truth[k]))
+        << "errors are of what a run knows: " << k;
+  }
   EXPECT_EQ(bound.find("pose"), nullptr);
   EXPECT_EQ(bound.find("landmark 1"), nullptr);
 }

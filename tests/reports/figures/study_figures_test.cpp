@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/registry.h"
@@ -97,6 +98,31 @@ TEST(StudyFigures, InThePlaneTimeIsInSecondsAndHeadingInDegrees) {
   EXPECT_EQ(path->x.back(), trace.steps.back().truth[0]);
   EXPECT_EQ(estimated->y.back(), trace.steps.back().estimate[1]);
   EXPECT_EQ(landmarks->x.size(), 3U);
+}
+
+// Beside the errors of the landmarks in the state stand the variances of the same, not of the whole map.
+TEST(StudyFigures, RmseIsComparedWithWhatPClaimsOfTheSame) {
+  Scenario scenario = short_study("planar");
+  scenario.world.landmarks = 3;
+  const auto experiment = make_experiment(scenario);
+  const StudyTask task{"", experiment.get(), scenario.study.runs};
+  StudyAnalysis analysis =
+      analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {.threads = 1}).front()));
+  analysis.bound = posterior_bound(scenario);
+  const Figure figure = study_figures("p", analysis, std::nullopt).back();
+  EXPECT_NO_THROW(validate(figure));
+  ASSERT_EQ(figure.panels.size(), 3U);
+  constexpr std::pair<Quantity, double> kClaims[] = {{Quantity::trace_vehicle, 1.0},
+                                                     {Quantity::heading_variance, 180.0 / std::numbers::pi},
+                                                     {Quantity::landmark_variance, 1.0}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Series* claims = find_series(figure.panels[i], "P claims");
+    ASSERT_NE(claims, nullptr);
+    const auto [quantity, unit] = kClaims[i];
+    const double last = analysis.statistics.steps.back()[quantity].mean;
+    EXPECT_GT(last, 0.0);
+    EXPECT_NEAR(claims->y[11], unit * std::sqrt(last), 1e-12) << i;
+  }
 }
 
 TEST(StudyFigures, EllipsesTooSmallToBeSeenAreDrawnLarger) {

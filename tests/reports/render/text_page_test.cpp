@@ -38,6 +38,12 @@ TEST(TextPage, TablesTakeColourAndWidth) {
   EXPECT_NE(text_page(document, true, 20), text_page(document));
 }
 
+TEST(TextPage, LinesTakeTheWidth) {
+  Document document;
+  document.show({"a line that is too long", "  short"});
+  EXPECT_EQ(text_page(document, false, 12), "a line that\nis too long\n  short\n");
+}
+
 TEST(TextPage, LinesHoldNoControlCharacters) {
   const std::string evil = "a\x1b[31mb\nc\r\x07";
   Document document;

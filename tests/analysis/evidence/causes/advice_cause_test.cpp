@@ -941,6 +941,51 @@ TEST(CauseRules, TheRThatIsWrongIsThatOfTheSensorWhoseNisIs) {
   EXPECT_NE(open.why.find("; if it is R, that of b"), std::string::npos) << open.why;
 }
 
+// The fast sensor fits, and with it the mean of all NIS nearly: what is wrong is what the slow one has alone.
+TEST(CauseRules, ASensorWhoseNisAloneIsWrongIsNamed) {
+  Findings findings = findings_of(1.0, 1.1);
+  findings.whiteness = correlated_by(0.0);
+  findings.whiteness_nis = 1.0;
+  findings.wrong_sensors = {{"b", 2.1, {.reason = "no two successive values"}}};
+  const CauseFound either = find_causes(findings).at(0);
+  EXPECT_EQ(either.cause, Cause::process_or_measurement_noise);
+  EXPECT_EQ(either.why,
+            "only NIS of b is wrong, 2.10 times the expected one: R of it, or the process noise of what it "
+            "alone measures");
+  findings.wrong_sensors[0].noise_share = 0.9;
+  EXPECT_EQ(find_causes(findings).at(0).cause, Cause::measurement_noise_too_small);
+  findings.wrong_sensors[0].nis = 0.4;
+  EXPECT_EQ(find_causes(findings).at(0).cause, Cause::measurement_noise_too_large);
+  findings.wrong_sensors.push_back({"a", 1.3, {.reason = "no two successive values"}});
+  EXPECT_NE(find_causes(findings).at(0).why.find("only NIS"), 0U);
+}
+
+// NIS is wrong at the start alone, NEES from the second step on and to the end: no P0 makes that.
+TEST(CauseRules, ErrorsThatComeAfterTheFirstStepAndStayAreNotThoseOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(4, 4.0, 1.0), true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nees = verdict_of_means(start_and_rest(4, 5.0, 1.0), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nees = verdict_of_means(start_and_rest(1, 1.0, 50.0), false);
+  const CauseList later = causes_of(findings);
+  EXPECT_EQ(std::ranges::count(later, Cause::initial_covariance), 0);
+}
+
+TEST(CauseRules, OutliersInAllRunsAreNoRunThatIsLost) {
+  Findings findings = findings_of(2.5, 2.5);
+  findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+  findings.fit = GoodnessOfFit{.count = 4000, .kolmogorov = 0.099};
+  findings.lost = {.runs = {{.run = 3, .row = 5, .factor = 30.0}},
+                   .others = 99,
+                   .factor_of_others = 1.9,
+                   .p_value_of_others = 1e-9};
+  EXPECT_EQ(causes_of(findings).front(), Cause::outliers);
+  findings.lost.factor_of_others = 1.0;
+  findings.lost.p_value_of_others = 0.5;
+  EXPECT_EQ(causes_of(findings).front(), Cause::lost_runs);
+}
+
 TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
   Findings findings = findings_of(1.5, 1.4);
   findings.whiteness = correlated_by(0.2);
@@ -1070,6 +1115,9 @@ TEST(CauseRules, WhereNeesFitsAnotherSMayHaveBeenWritten) {
             std::string::npos)
       << why(1.0, 2.0);
   EXPECT_EQ(why(2.0, 2.0).find("NEES fits"), std::string::npos);
+  Findings of_blocks = findings_of(1.0, 2.0);
+  of_blocks.any_block_is_wrong = true;
+  EXPECT_EQ(find_causes(of_blocks).at(0).why.find("NEES fits"), std::string::npos);
 }
 
 }  // namespace

@@ -237,6 +237,9 @@ TEST(Causes, SpreadOfNeesTellsDofFromScale) {
   Findings findings{.nees = nees_verdict(1.5, 2.0), .nis = nis_verdict(1.0, 1.0)};
   findings.nees_values = {.count = 1000, .mean = 3.0, .m2 = 6.0 * 999.0};
   EXPECT_TRUE(names(find_causes(findings), Cause::wrong_dof));
+  findings.any_block_is_wrong = true;
+  EXPECT_FALSE(names(find_causes(findings), Cause::wrong_dof)) << "each block has its own dof";
+  findings.any_block_is_wrong = false;
   findings.nees_values.m2 = 9.0 * 999.0;
   EXPECT_TRUE(names(find_causes(findings), Cause::covariance_scale));
   EXPECT_FALSE(names(find_causes(findings), Cause::wrong_dof));

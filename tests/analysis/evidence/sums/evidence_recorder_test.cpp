@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <string_view>
 
 #include "analysis/evidence/sums/step_series.h"
 #include "analysis/evidence/verdicts/judgement.h"
@@ -182,11 +183,13 @@ TEST(EvidenceRecorder, ComponentsOfAnInnovationAreComparedWithTheirVariances) {
   Innovation& innovation = step.innovations.front();
   for (step.step = 1; step.step <= 10; ++step.step) {
     const double start = step.step <= 2 ? 100.0 : 1.0;
+    const double sign =
+        std::string_view("-+++-+--+-")[static_cast<std::size_t>(step.step) - 1] == '+' ? 1.0 : -1.0;
     const Index dim = step.step % 2 == 0 ? 4 : 2;
     innovation.S = Matrix::Identity(dim, dim) * 4.0;
     innovation.S(0, 1) = innovation.S(1, 0) = 3.0;
-    innovation.nu = Vector::Constant(dim, 2.0 * start);  // a square of 1 for its S of 4
-    innovation.nu[1] = 6.0 * start;                      // of 9
+    innovation.nu = Vector::Constant(dim, 2.0 * sign * start);  // a square of 1 for its S of 4
+    innovation.nu[1] = 6.0 * sign * start;                      // of 9
     recorder.add(step);
   }
   const Evidence evidence = recorder.take();

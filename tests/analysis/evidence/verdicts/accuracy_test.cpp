@@ -57,7 +57,7 @@ TEST(BlockAccuracy, SetsTheBoundBesideIt) {
   PosteriorBound bound;
   bound.blocks = {{.block = "position", .bound = {3.0, 6.0}, .at_truth = {4.0, 8.0}},
                   {.block = "not there", .bound = {1.0, 1.0}, .at_truth = {1.0, 1.0}}};
-  add_bound(bound, {}, 0, 0.95, all);
+  add_bound(bound, {}, 0.95, all);
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].bound, 4.5);
   EXPECT_EQ(all[0].at_truth, 6.0);
@@ -74,8 +74,8 @@ TEST(BlockAccuracy, OfAMapIsComparedAtTheLastStep) {
   StudyStatistics statistics;
   statistics.steps.resize(2);
   for (const double x : {7.0, 9.0}) statistics.steps[1][Quantity::landmark_error_squared].add(x);
-  statistics.steps[1][Quantity::trace_landmarks].add(20.0);
-  add_bound(bound, statistics, 5, 0.95, all);
+  statistics.steps[1][Quantity::landmark_variance].add(4.0);
+  add_bound(bound, statistics, 0.95, all);
   ASSERT_EQ(all.size(), 3U);
   EXPECT_EQ(all[1].of, "all landmarks, last step");
   EXPECT_EQ(all[1].squared_error.mean, 8.0);

@@ -1015,12 +1015,45 @@ TEST(Judgement, ARightSizeOfCorrelatedInnovationsIsNeitherTooLargeNorTooSmall) {
     EXPECT_LT(j.scale_innovation.lower, 1.0) << runs;
     EXPECT_GT(j.scale_innovation.upper, 1.0) << runs;
   }
-  // Correlated over more steps than are looked at: stretches of the run, which are too short in the second.
-  const Judgement lasting = innovations_over_time(30, 0.99, right);
+  // (1 + 0.9801)/0.0199 = 99.5, far beyond twenty lags.
+  const Judgement slow = innovations_over_time(30, 0.99, right);
+  EXPECT_NEAR(slow.sensors.front().correlation.of_sum / 99.5, 1.0, 0.25);
+  EXPECT_EQ(slow.sensors.front().nis.verdict, Verdict::consistent);
+  // One run of them is worth too few values to say so.
+  const Judgement lasting = innovations_over_time(1, 0.99, right);
   EXPECT_FALSE(lasting.sensors.front().correlation.known);
   EXPECT_EQ(lasting.sensors.front().nis.verdict, Verdict::consistent);
   EXPECT_FALSE(lasting.sensors.front().components.reason.empty());
   EXPECT_FALSE(lasting.scale_innovation.reason.empty());
+}
+
+/// Five runs of white innovations beside a part that stays in the run: of all runs alike, or of its own.
+Judgement innovations_that_stay(double variance, bool alike, std::uint64_t seed) {
+  RunLayout layout{.sensors = {{.name = "gps", .dim = 1, .piece = 1}}, .has_truth = false};
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 5; ++run) {
+    recorder.begin_run();
+    const double stays = std::sqrt(variance) * (alike ? 1.0 : normal(random));
+    Step step;
+    step.innovations = {{Vector(1), Matrix::Identity(1, 1)}};
+    for (step.step = 1; step.step <= 400; ++step.step) {
+      step.innovations[0].nu[0] = stays + std::sqrt(alike ? 1.0 : 1.0 - variance) * normal(random);
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take());
+}
+
+// S that rightly holds an error of each run is right; a bias that all runs share is in no S.
+TEST(Judgement, InnovationsThatStayInARunAccuseNoRightS) {
+  int accused = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed)
+    accused += innovations_that_stay(0.4, false, seed).nis.verdict == Verdict::optimistic ? 1 : 0;
+  EXPECT_LE(accused, 5) << "at 2.5 % six or more have probability 5e-4";
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    EXPECT_EQ(innovations_that_stay(0.4, true, seed).nis.verdict, Verdict::optimistic) << seed;
 }
 
 TEST(Judgement, AWrongSizeOfCorrelatedInnovationsIsStillSeen) {

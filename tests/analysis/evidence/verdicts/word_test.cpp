@@ -138,6 +138,23 @@ TEST(Word, SaysWhen) {
   EXPECT_EQ(when_text(v, Verdict::optimistic), "throughout");
 }
 
+// Of a mistake that is there at all times, a few steps reject as well as the mean.
+TEST(Word, WhereTheMeanDecidesFewStepsDoNotSayWhen) {
+  ConsistencyVerdict v = says(0.001, 1.0);
+  v.steps_tested = 300;
+  v.steps.resize(300);
+  const auto when = [&](std::int64_t first, std::int64_t last, std::int64_t count) {
+    v.optimistic_steps = {.first = first, .last = last, .count = count};
+    return when_text(v, Verdict::optimistic);
+  };
+  EXPECT_EQ(when(141, 141, 1), "on average over the steps");
+  EXPECT_EQ(when(38, 162, 4), "on average over the steps");
+  EXPECT_EQ(when(2, 6, 4), "from step 2 on") << "close together";
+  EXPECT_EQ(when(38, 300, 40), "from step 38 on");
+  v.decided_by_steps = true;
+  EXPECT_EQ(when(141, 141, 1), "at step 141");
+}
+
 TEST(Word, AnUndecidedPartLeavesItUndecidedUnlessAnotherRejects) {
   ConsistencyVerdict open = says(0.3, 0.9);
   open.verdict = Verdict::undecided;

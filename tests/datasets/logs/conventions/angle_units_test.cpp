@@ -167,6 +167,14 @@ TEST(AngleUnits, DegreesInEstimateTruthAndPAreLikelyWhereTheyLeaveAnAngleUnknown
   EXPECT_THAT(turning.said(), IsEmpty()) << "turns that are counted on";
 }
 
+TEST(AngleUnits, DegreesOfErrorsAndPAloneAreLikelyWhereTheyLeaveAnAngleUnknown) {
+  TurningRun run{.turn = 0.0, .noise = 3.0, .write = [](double heading) { return heading; }};
+  run.has_estimate = false;
+  EXPECT_THAT(run.said(), HasSubstr("heading is perhaps in degrees, error and P, where radians"));
+  run.noise = 0.9;  // 52°, or 0.9°
+  EXPECT_THAT(run.said(), IsEmpty());
+}
+
 TEST(AngleUnits, DegreesInARotationVectorThatIsNotSaidToBeOneAreLikely) {
   const auto P_of_attitude = [](double factor) {
     return [=](Step& step) { step.P.block<3, 3>(6, 6) *= factor; };

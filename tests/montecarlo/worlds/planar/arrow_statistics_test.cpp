@@ -43,6 +43,7 @@ TEST(ArrowStatistics, are_those_of_the_dense_matrix) {
       const PlanarTraces of_arrow = planar_traces(arrow), of_matrix = planar_traces(P);
       EXPECT_NEAR(of_arrow.all, of_matrix.all, 1e-12 * of_matrix.all);
       EXPECT_EQ(of_arrow.position, 7.0);
+      EXPECT_EQ(of_arrow.heading, P(2, 2));
       EXPECT_NEAR(of_arrow.landmarks, of_matrix.landmarks, 1e-12 * of_matrix.all);
       EXPECT_EQ(dense_covariance(arrow), P);
     }

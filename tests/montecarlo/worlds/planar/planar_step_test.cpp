@@ -92,6 +92,7 @@ TEST(PlanarTraces, AreThePartsOfTheDiagonal) {
   const PlanarTraces traces = planar_traces(P);
   EXPECT_EQ(traces.all, 28.0);
   EXPECT_EQ(traces.position, 3.0);
+  EXPECT_EQ(traces.heading, 3.0);
   EXPECT_EQ(traces.landmarks, 22.0);
 }
 

@@ -45,6 +45,8 @@ TEST(PlanarSlamExperiment, StatisticsAreThoseOfWhatIsShown) {
       if (n > 3) {
         EXPECT_NEAR(s[Quantity::landmark_error_squared].mean,
                     2.0 * off.tail(n - 3).squaredNorm() / static_cast<double>(n - 3), 1e-12);
+        const double map = step.P.diagonal().tail(n - 3).sum();
+        EXPECT_NEAR(s[Quantity::landmark_variance].mean, 2.0 * map / static_cast<double>(n - 3), 1e-12 * map);
       }
       if (step.nis_dof == 0) {
         ++silent;

@@ -119,6 +119,7 @@ TEST(VisitedExperiment, CountsWhatItsRunsShow) {
   EXPECT_NEAR(s.steps[0][Quantity::trace_vehicle].mean, 5.0, 1e-15);
   EXPECT_NEAR(s.steps[2][Quantity::position_error_squared].mean, 5.0 * (1.0 + 9.0) / 2.0, 1e-13);
   EXPECT_NEAR(s.steps[2][Quantity::heading_error_squared].mean, 0.25 * (1.0 + 9.0) / 2.0, 1e-14);
+  EXPECT_NEAR(s.steps[0][Quantity::heading_variance].mean, 0.25, 1e-15);
   EXPECT_NEAR(s.steps[0][Quantity::vehicle_nees].mean, 14.0, 1e-13);
   EXPECT_EQ(s.steps[0][Quantity::nis].count, 0);
   // Averages of whole runs are of those that ended well: NEES over dof.

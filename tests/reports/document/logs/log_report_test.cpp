@@ -167,6 +167,22 @@ TEST(LogReport, LogsWithoutARowHaveAPageToo) {
   EXPECT_EQ(nlohmann::json::parse(document.json())["verdict"], "undecided");
 }
 
+TEST(LogReport, AMistakeOfTheLogIsTheFirstThingToDo) {
+  CheckedLogs logs = synthetic_logs(Defect::none);
+  logs.mistakes = {"the truth is in another unit"};
+  logs.remarks = {"half of it was cut off"};
+  EXPECT_EQ(logs.advice().front(), "the truth is in another unit");
+  const Document document = log_document(logs);
+  const auto bullets = std::ranges::find_if(
+      document.parts(), [](const DocumentPart& part) { return std::holds_alternative<part::Bullets>(part); });
+  EXPECT_EQ(std::get<part::Bullets>(*bullets).items.front(), "the truth is in another unit");
+  const std::vector<std::string> notes = table_of(document, "One row for the whole state").notes;
+  EXPECT_THAT(notes, Contains("half of it was cut off"));
+  EXPECT_THAT(notes, Not(Contains("the truth is in another unit")));
+  EXPECT_EQ(nlohmann::json::parse(document.json())["remarks"],
+            nlohmann::json::array({"the truth is in another unit", "half of it was cut off"}));
+}
+
 TEST(CheckedLogs, RemarksEndWithWhatTheLayoutMisses) {
   CheckedLogs logs;
   logs.remarks = {"half of it was cut off"};

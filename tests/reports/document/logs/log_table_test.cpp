@@ -207,7 +207,7 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
                "of about 250 steps. Its mean may be right all the same."));
   EXPECT_THAT(notes, Not(Contains(HasSubstr("NEES of vehicle goes"))));
   EXPECT_THAT(log_statistics(j),
-              Contains("NEES that goes up and down in time, beyond the memory of the errors: p "
+              Contains("Test whether NEES changes in time, beyond what the memory of the errors makes: p "
                        "= 1.00e−5, of vehicle p = 0.250."));
   j.word.named = {"vehicle at some times"};
   EXPECT_THAT(log_verdicts(logs, 9).notes,

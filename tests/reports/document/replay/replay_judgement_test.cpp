@@ -1,5 +1,6 @@
 #include "reports/document/replay/replay_judgement.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 namespace credence::internal {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -171,7 +173,21 @@ TEST(ReplayJudgement, LimitsSayWhatInflationAndTrueJacobiansMean) {
   replay.result.settings.filter.inflation = Inflation::map;
   replay.ideal = replay.result;
   EXPECT_THAT(judge_one(replay).logs.remarks, Contains(StartsWith("P is inflated to decorrelate it")));
-  EXPECT_THAT(judge_one(replay).logs.remarks, Contains(StartsWith("Jacobians at the truth are no filter")));
+  ReplayMean& own = replay.result.vehicle_nees;
+  ReplayMean& ideal = replay.ideal->vehicle_nees;
+  own = ideal = {.sum = 120.0, .count = 10, .expected = 2.0};
+  const auto told = [&](double sum_of_ideal, const char* share) {
+    ideal.sum = sum_of_ideal;
+    EXPECT_THAT(judge_one(replay).logs.remarks,
+                Contains(AllOf(StartsWith("With Jacobians at the truth the mean NEES of the vehicle is "),
+                               HasSubstr(" instead of 12.00, where 2.000 is expected"),
+                               HasSubstr(fmt::format(" is {} of what is too much", share)))));
+  };
+  told(69.0, "most");
+  told(71.0, "a part");
+  told(109.0, "a part");
+  told(111.0, "no part");
+  told(150.0, "no part");
 }
 
 // Innovations ten times smaller than S says want variances a hundredth of theirs; the map's shape is five

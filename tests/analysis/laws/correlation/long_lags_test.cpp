@@ -1,0 +1,53 @@
+#include "analysis/laws/correlation/long_lags.h"
+
+#include <gtest/gtest.h>
+
+namespace credence::internal {
+namespace {
+
+Vector value(double x) { return Vector::Constant(1, x); }
+
+// 600 values k of two runs: blocks of 16 have the means 8.5, 24.5, …, those of 256 the means 128.5 and 384.5.
+TEST(LongLags, AreOfTheMeansOfBlocks) {
+  LongLags lags(1);
+  for (int run = 0; run < 2; ++run) {
+    lags.begin_run();
+    for (int k = 1; k <= 600; ++k) lags.add(value(k));
+  }
+  const auto& [short_blocks, long_blocks] = lags.levels();
+  EXPECT_EQ(short_blocks.pairs(0), 2 * 37) << "what is left over is left out";
+  EXPECT_EQ(short_blocks.pairs(20), 2 * 17);
+  double product = 0.0;
+  for (int i = 2; i < 37; ++i) product += (16.0 * i + 8.5) * (16.0 * (i - 2) + 8.5);
+  EXPECT_DOUBLE_EQ(short_blocks.product(2)(0, 0), 2.0 * product);
+  EXPECT_EQ(long_blocks.pairs(1), 2) << "none of two runs together";
+  EXPECT_DOUBLE_EQ(long_blocks.product(1)(0, 0), 2.0 * 128.5 * 384.5);
+}
+
+TEST(LongLags, AMeanIsOfTheValuesThatAreThere) {
+  LongLags lags(1);
+  for (int k = 0; k < 64; ++k) {
+    if (k % 4 == 0 && k / 16 != 2) {
+      lags.add(value(k / 16 + 1.0));
+    } else {
+      lags.add_missing();
+    }
+  }
+  const LagProducts& blocks = lags.levels()[0];
+  EXPECT_EQ(blocks.pairs(0), 3);
+  EXPECT_EQ(blocks.product(0)(0, 0), 1.0 + 4.0 + 16.0);
+  EXPECT_EQ(blocks.product(1)(0, 0), 1.0 * 2.0) << "the third has none";
+  EXPECT_EQ(blocks.product(2)(0, 0), 2.0 * 4.0);
+}
+
+TEST(LongLags, AddUpAndMoveToAnotherMean) {
+  LongLags one(1), other(1);
+  for (int k = 0; k < 32; ++k) one.add(value(3.0));
+  for (int k = 0; k < 48; ++k) other.add(value(5.0));
+  one.merge(other);
+  EXPECT_EQ(one.levels()[0].product(1)(0, 0), 9.0 + 2.0 * 25.0);
+  EXPECT_EQ(one.about(value(4.0)).levels()[0].product(1)(0, 0), 59.0 - 3.0 * 16.0);
+}
+
+}  // namespace
+}  // namespace credence::internal
