@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::uint32_t kFormat = 4;
 constexpr std::uint32_t kFormatNotConverged = 5;  // the same, and behind it the runs that are not_converged
-constexpr std::uint32_t kFormatBefore = 2;        // without the variances of heading and landmarks; 3: as 5
+// Without the variances of heading and landmarks.
+constexpr std::uint32_t kFormatBefore = 2, kFormatBeforeNotConverged = 3;
 constexpr std::size_t kStepSize = sizeof(StepStatistics);
 constexpr auto kQuantitiesBefore = static_cast<std::size_t>(Quantity::heading_variance);
 constexpr std::size_t kStepSizeBefore =
@@ -144,7 +145,7 @@ StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
     r.get(f.step);
     r.get(f.outcome);
   }
-  if (format == kFormatNotConverged || format == kFormatBefore + 1) {
+  if (format == kFormatNotConverged || format == kFormatBeforeNotConverged) {
     s.not_converged.resize(r.get_count(kNotConvergedSize));
     for (RunNotConverged& run : s.not_converged) r.get(run);
   }

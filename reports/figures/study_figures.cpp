@@ -417,7 +417,7 @@ Panel accuracy_panel(const std::string& title, const char* y_label, const StepTi
                                      figure_data(rmse, [scale](double value) { return scale * value; })));
   panel.series.push_back(line_series("bound", ColourRole::exact, x, roots(curve.bound)));
   panel.series.push_back(line_series("at the truth", ColourRole::neutral, x, roots(curve.at_truth)));
-  panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
+  if (!claimed.empty()) panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
   return panel;
 }
 

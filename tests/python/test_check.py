@@ -367,6 +367,7 @@ def test_bad_arrays_are_named():
         "P has shape (5, 20, 2): expected (5, 20, 2, 2), as error; variances alone are a covariance as "
         "v[..., None] * numpy.eye(n)"
     )
+    assert bad(lambda a: a.update(S=a["S"][:4])).endswith(", as innovation")
     assert bad(lambda a: a.update(P=a["P"][:4])) == "P has shape (4, 20, 2, 2): expected (5, 20, 2, 2), as error"
     assert bad(lambda a: a.update(innovation=a["innovation"][:, :19])).startswith("innovation has shape (5, 19, 1)")
     assert bad(lambda a: a.update(error=a["error"][0, 0])).startswith("error has shape (2,): expected (runs, steps, n)")

@@ -273,6 +273,20 @@ def test_plugs_that_are_none_are_named():
             self.S = self.S[:10]
 
     assert message(World(), Short) == "filter.S has shape (10, 1, 1): expected (64, 1, 1) or (1, 1)"
+
+    class OneAxis(World):
+        def measure(self, x, k, noise):
+            return super().measure(x, k, noise)[:, 0]
+
+    class Broadcasting(Filter):
+        def update(self, z):
+            super().update(z[..., np.newaxis])
+            self.innovation = z - self.state @ H.T
+
+    assert message(OneAxis(), Broadcasting) == (
+        "filter.innovation has shape (64, 64), and filter.S (64, 1, 1): is z, as measure() returns it, of shape (64,), "
+        "where (64, m) is expected?"
+    )
     with pytest.raises(ValueError, match="runs = 0"):
         credence.study(World(), Filter, runs=0)
 

@@ -87,7 +87,7 @@ std::optional<Findings::OpposedComponents> opposed_components_of(const SensorSum
                                      component_name(s, small),
                                      larger,
                                      smaller,
-                                     sums.varies ? 0.0 : opposed_lags(sums.lags, large, small),
+                                     sums.varies ? 0.0 : opposed_lags(sums.lags.of_values(), large, small),
                                      sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
 }
 

@@ -66,10 +66,8 @@ void CoverageSums::drop_every_second_step() {
 SensorSums::SensorSums(Sensor of)
     : sensor(std::move(of)),
       varies(sensor.piece > kLargestWhitened),
-      lags(varies ? 1 : sensor.piece, kLags),
-      long_lags(lags.dim()),
-      scalar_lags(1, kLags),
-      scalar_long_lags(1) {}
+      lags(varies ? 1 : sensor.piece),
+      scalar_lags(1) {}
 
 void SensorSums::merge(const SensorSums& later) {
   varies = varies || later.varies || sensor.piece != later.sensor.piece;
@@ -82,7 +80,6 @@ void SensorSums::merge(const SensorSums& later) {
   ties.merge(later.ties);
   if (!varies) {
     lags.merge(later.lags);
-    long_lags.merge(later.long_lags);
     run_means.merge(later.run_means);
     values.merge(later.values);
     first.merge(later.first);
@@ -90,7 +87,6 @@ void SensorSums::merge(const SensorSums& later) {
     merge_series(pairs, later.pairs);
   }
   scalar_lags.merge(later.scalar_lags);
-  scalar_long_lags.merge(later.scalar_long_lags);
   scalar_run_means.merge(later.scalar_run_means);
   scalar_values.merge(later.scalar_values);
   measurement_share.merge(later.measurement_share);

@@ -85,7 +85,6 @@ struct CoverageSums {
 /// Of a sensor with NIS alone u is the one number Φ⁻¹(F(NIS)) less its mean over the run: white as long as
 /// the NIS are independent and of one law, be the scale of S right or wrong; nothing is known of the mean.
 struct SensorSums {
-  static constexpr Index kLags = 20;
   static constexpr Index kLargestWhitened = 12;  ///< a larger piece is looked at by one number, Σ u_i/√m
   static constexpr double kFarTail = 0.9999;     ///< NIS beyond this quantile of its law counts as an outlier
 
@@ -100,13 +99,11 @@ struct SensorSums {
   CoverageCount far_tail;  ///< NIS values within the quantile kFarTail
   double largest_nis = 0.0;
   CoverageCount ties;       ///< NIS that are equal to another of their run: never of a continuous law
-  LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
-  LongLags long_lags;       ///< likewise, far beyond
+  LongLags lags;            ///< of the pieces; means nothing once the dimension varies
   VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
   VectorMoments first;      ///< over runs: the first u of each, where it is one piece
   /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
-  LagProducts scalar_lags;
-  LongLags scalar_long_lags;
+  LongLags scalar_lags;
   VectorMoments scalar_run_means;
   VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
   /// ν_j²/S_jj of each component of a piece of several, after the first fifth of each run.

@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 17;
+constexpr std::uint32_t kFormat = 18;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -215,10 +215,9 @@ class Pass {
 
   /// The sensor is known.
   void one(Held<SensorSums>& s) {
-    (*this)(s.varies, s.nis, s.by_dimension, s.fit, s.far_tail, s.largest_nis, s.ties, s.lags, s.long_lags,
-            s.run_means, s.first, s.scalar_lags, s.scalar_long_lags, s.scalar_run_means, s.values,
-            s.scalar_values, s.components, s.pairs, s.measurement_share, s.changes.bins, s.unwrapped,
-            s.turns);
+    (*this)(s.varies, s.nis, s.by_dimension, s.fit, s.far_tail, s.largest_nis, s.ties, s.lags, s.run_means,
+            s.first, s.scalar_lags, s.scalar_run_means, s.values, s.scalar_values, s.components, s.pairs,
+            s.measurement_share, s.changes.bins, s.unwrapped, s.turns);
     require(s.changes.bins.empty() || s.changes.bins.size() == ChangesByNis::kBins);
   }
 

@@ -168,20 +168,17 @@ void RunInnovations::add_scalars(const Sensor& sensor, const Settled& settled, S
   }
   Moments mean;
   sums.scalar_lags.begin_run();
-  sums.scalar_long_lags.begin_run();
   Vector value(1);
   for (std::size_t k = settled.first; k < steps(); k += settled.interval) {
     const auto u = at(k);
     if (u.empty()) {
       sums.scalar_lags.add_missing();
-      sums.scalar_long_lags.add_missing();
       continue;
     }
     double sum = -level;
     for (const double component : u) sum += component;
     value[0] = sum / std::sqrt(static_cast<double>(u.size()));
     sums.scalar_lags.add(value);
-    sums.scalar_long_lags.add(value);
     mean.add(value[0]);
     sums.scalar_values.add(value);
   }
@@ -201,16 +198,13 @@ void RunInnovations::add_pieces(const Sensor& sensor, const Settled& settled, Se
   double pieces = 0.0;
   for (std::size_t j = 0; j < most; ++j) {
     sums.lags.begin_run();
-    sums.long_lags.begin_run();
     for (std::size_t k = settled.first; k < steps(); k += settled.interval) {
       if (j >= at(k).size() / d) {
         sums.lags.add_missing();
-        sums.long_lags.add_missing();
         continue;
       }
       const Eigen::Map<const Vector> u(at(k).data() + j * d, static_cast<Index>(d));
       sums.lags.add(u);
-      sums.long_lags.add(u);
       sums.values.add(u);
       total += u;
       pieces += 1.0;

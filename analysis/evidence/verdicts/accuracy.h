@@ -20,7 +20,7 @@ struct BlockAccuracy {
   std::string of;
   std::string_view unit = {};  ///< "m", "rad" or, where it is not known, empty
   MeanInterval squared_error;  ///< of whole runs
-  double claimed = 0.0;        ///< the mean of tr P
+  double claimed = 0.0;        ///< the mean of tr P; NaN: not known, of a store of an earlier format
   double at_truth = kNaN;      ///< what a filter with its Jacobians at the truth would claim; NaN: not known
   double bound = kNaN;         ///< the posterior Cramér-Rao bound; NaN: not known
 

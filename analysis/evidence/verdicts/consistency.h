@@ -76,7 +76,8 @@ struct ConsistencyVerdict {
   MeanInterval factor = {};           ///< on P, of whole runs at `confidence`; a reason where not known
   StepSpan optimistic_steps, pessimistic_steps;  ///< that reject, adjusted for the number of steps
   double overall_p_value = kNaN;                 ///< of the overall test alone
-  double steps_p_value = kNaN;                   ///< of the worst step, adjusted for the number of steps
+  double bounds_p_value = kNaN;  ///< of the test that has the bounds; NaN: it is the overall one
+  double steps_p_value = kNaN;   ///< of the worst step, adjusted for the number of steps
   double mean = 0.0;  ///< over all steps and runs; of runs of different lengths that are compared, over these
   double expected = 0.0;   ///< dof / count
   ChiSquareBounds bounds;  ///< of the overall mean, as the verdict uses them

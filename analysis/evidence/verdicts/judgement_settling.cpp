@@ -199,7 +199,7 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
     const MeanInterval& decides = averages[0].run_sum;
     v.factor = averages[1].run_sum;
     v.bounds = {v.mean / decides.upper, v.mean / decides.lower};
-    v.overall_p_value = p_average;
+    v.bounds_p_value = p_average;
     v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
     j.scale_covariance = scale_of_covariance(v);
     j.settle_nees = settle_averages(v, decides, averages[2].run_sum, 1.0);

@@ -27,14 +27,11 @@ SquareCorrelation correlation_in_time(const SensorSums& s, const WhitenessTest& 
   if (!is_coloured(whiteness)) return {};
   TimeCorrelations in_time{
       .lags = s.varies ? s.scalar_lags : s.lags,
-      .long_lags = s.varies ? s.scalar_long_lags : s.long_lags,
       .runs = std::max<std::int64_t>(1, (s.varies ? s.scalar_run_means : s.run_means).count)};
   for (const auto& [dimension, sums] : s.by_dimension) in_time.dof += static_cast<double>(sums.dof);
   if (in_time.runs >= kFewestToSeeAMean || mean_of_runs.p_value <= kClearly) {
-    const Vector& mean = (s.varies ? s.scalar_values : s.values).mean;
-    in_time.lags = in_time.lags.about(mean);
-    in_time.long_lags = in_time.long_lags.about(mean);
-    if (!is_coloured(test_whiteness(in_time.lags, confidence))) return {};
+    in_time.lags = in_time.lags.about((s.varies ? s.scalar_values : s.values).mean);
+    if (!is_coloured(test_whiteness(in_time.lags.of_values(), confidence))) return {};
   }
   return s.sensor.nis_alone ? score_correlation(in_time) : square_correlation(in_time);
 }
@@ -111,7 +108,7 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
     if (const std::optional<GateFound> found = find_gate(s, confidence))
       (found->is_certain() ? result.gate : result.perhaps_gate) = found;
   }
-  const LagProducts& lags = s.varies ? s.scalar_lags : s.lags;
+  const LagProducts& lags = (s.varies ? s.scalar_lags : s.lags).of_values();
   result.whiteness = test_whiteness(lags, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   ZeroMeanTest of_runs{.p_value = kNaN};

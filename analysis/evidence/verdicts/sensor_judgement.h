@@ -11,7 +11,7 @@ namespace credence::internal {
 
 /// Why a test is not made.
 inline constexpr std::string_view kLasting =
-    "the innovations are correlated over more steps than are looked at";
+    "the innovations are correlated for too long, or in part over whole runs";
 
 /// The verdict on the NIS of one sensor, whose steps are `nis`, of innovations that are so correlated.
 ConsistencyVerdict judge_sensor_nis(const SensorSums& sums, const std::optional<GateFound>& gate,

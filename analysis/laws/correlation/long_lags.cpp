@@ -4,22 +4,27 @@
 
 namespace credence::internal {
 
-LongLags::LongLags(Index dim) : LongLags(Levels{LagProducts(dim, kLags), LagProducts(dim, kLags)}) {}
+LongLags::LongLags(Index dim)
+    : LongLags(Levels{LagProducts(dim, kLags), LagProducts(dim, kLags), LagProducts(dim, kLags)}) {}
 
 LongLags::LongLags(Levels levels) : levels_(std::move(levels)) { begin_run(); }
 
 void LongLags::begin_run() {
   for (LagProducts& level : levels_) level.begin_run();
-  for (Open& open : open_) open = {.sum = Vector::Zero(levels_[0].dim())};
+  for (Open& open : open_) open = {.sum = Vector::Zero(dim())};
 }
 
 void LongLags::add(VectorRef u) {
-  open_[0].sum += u;
-  ++open_[0].values;
-  count_step(0);
+  levels_[0].add(u);
+  open_[1].sum += u;
+  ++open_[1].values;
+  count_step(1);
 }
 
-void LongLags::add_missing() { count_step(0); }
+void LongLags::add_missing() {
+  levels_[0].add_missing();
+  count_step(1);
+}
 
 /// The mean of a block that is full goes to its level, and into the block of the next one.
 void LongLags::count_step(std::size_t level) {
@@ -46,7 +51,7 @@ void LongLags::merge(const LongLags& other) {
 }
 
 LongLags LongLags::about(const Vector& mean) const {
-  return LongLags(Levels{levels_[0].about(mean), levels_[1].about(mean)});
+  return LongLags(Levels{levels_[0].about(mean), levels_[1].about(mean), levels_[2].about(mean)});
 }
 
 }  // namespace credence::internal

@@ -7,15 +7,15 @@
 
 namespace credence::internal {
 
-/// Correlations at lags far beyond those of LagProducts, in as little memory: of the means of 16 and of 256
-/// successive values, by twenty lags each, to 320 and 5,120 steps.
+/// Correlations at lags to 5,120 steps, in memory for sixty: of the values, and of the means of 16 and of 256
+/// successive ones, by twenty lags each.
 ///
 /// A mean of so many has the slow part of the values, and what is fast is averaged out of it. A block that
 /// has values and missing ones is the mean of the values; what is left over at the end of a run is left out.
 class LongLags {
  public:
   static constexpr Index kLags = 20, kOfBlock = 16;
-  using Levels = std::array<LagProducts, 2>;  ///< of blocks of 16 and of 256
+  using Levels = std::array<LagProducts, 3>;  ///< of the values, and of blocks of 16 and of 256
 
   /// Throws std::invalid_argument unless dim ≥ 1.
   explicit LongLags(Index dim);
@@ -28,6 +28,8 @@ class LongLags {
   void merge(const LongLags& other);
   LongLags about(const Vector& mean) const;
 
+  Index dim() const { return levels_[0].dim(); }
+  const LagProducts& of_values() const { return levels_[0]; }
   const Levels& levels() const { return levels_; }
 
  private:
@@ -40,7 +42,7 @@ class LongLags {
   void count_step(std::size_t level);
 
   Levels levels_;
-  std::array<Open, 2> open_;
+  std::array<Open, 3> open_;  ///< of the level, none of the first
 };
 
 }  // namespace credence::internal

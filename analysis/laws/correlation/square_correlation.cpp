@@ -27,29 +27,28 @@ constexpr double kFewestPairs = 10.0;
 /// In the order of their lags; empty where u is singular.
 std::vector<CorrelationAt> correlations_of(const TimeCorrelations& of) {
   std::vector<CorrelationAt> all;
-  const auto values = static_cast<double>(of.lags.pairs(0));
-  const Eigen::LLT<Matrix> factor(of.lags.product(0) / std::max(1.0, values));
+  const LagProducts& of_values = of.lags.of_values();
+  const auto values = static_cast<double>(of_values.pairs(0));
+  const Eigen::LLT<Matrix> factor(of_values.product(0) / std::max(1.0, values));
   if (values == 0.0 || factor.info() != Eigen::Success) return all;
-  double reached = 0.5;  // lags to here are there
-  const auto add = [&](const LagProducts& products, double block, Index first) {
-    const auto standardised = [&](Index h) {
-      const Matrix mean = products.product(h) / static_cast<double>(products.pairs(h));
-      const Matrix half = factor.matrixL().solve(mean);
-      return Matrix(factor.matrixL().solve(half.transpose()).transpose());
-    };
-    if (products.pairs(0) == 0) return;
-    const Matrix of_value = standardised(0);
-    for (Index h = first; h <= products.lags(); ++h) {
-      const auto pairs = static_cast<double>(products.pairs(h));
-      if (pairs < kFewestPairs) return;
-      const double lag = block * static_cast<double>(h), end = lag + 0.5 * block;
-      all.push_back({lag, end - std::exchange(reached, end), standardised(h), of_value, pairs});
-    }
+  const auto standardised = [&](const LagProducts& products, Index h) {
+    const Matrix mean = products.product(h) / static_cast<double>(products.pairs(h));
+    const Matrix half = factor.matrixL().solve(mean);
+    return Matrix(factor.matrixL().solve(half.transpose()).transpose());
   };
-  add(of.lags, 1.0, 1);
-  double block = 1.0;
-  // Neighbouring blocks touch: their correlation is that of the shortest lags as well.
-  for (const LagProducts& level : of.long_lags.levels()) add(level, block *= LongLags::kOfBlock, 2);
+  double block = 1.0, reached = 0.5;  // lags to here are there
+  for (const LagProducts& products : of.lags.levels()) {
+    if (products.pairs(0) == 0) break;
+    const Matrix of_value = standardised(products, 0);
+    // Neighbouring blocks touch: their correlation is that of the shortest lags as well.
+    for (Index h = block > 1.0 ? 2 : 1; h <= products.lags(); ++h) {
+      const auto pairs = static_cast<double>(products.pairs(h));
+      if (pairs < kFewestPairs) break;
+      const double lag = block * static_cast<double>(h), end = lag + 0.5 * block;
+      all.push_back({lag, end - std::exchange(reached, end), standardised(products, h), of_value, pairs});
+    }
+    block *= LongLags::kOfBlock;
+  }
   return all;
 }
 
@@ -95,7 +94,7 @@ struct Times {
 SquareCorrelation correlation_of(const TimeCorrelations& of,
                                  const std::function<Times(const std::vector<CorrelationAt>&)>& times_of) {
   constexpr double kFewest = 20.0, kLess = 10.0;
-  const auto values = static_cast<double>(of.lags.pairs(0));
+  const auto values = static_cast<double>(of.lags.of_values().pairs(0));
   const double steps = std::max(1.0, of.dof / static_cast<double>(of.runs * of.lags.dim()));
   const std::vector<CorrelationAt> all = correlations_of(of);
   if (all.empty()) return {.of_sum = steps, .of_component = steps, .known = false};

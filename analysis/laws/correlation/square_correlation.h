@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "analysis/laws/correlation/long_lags.h"
-#include "analysis/laws/correlation/whiteness.h"
 
 namespace credence::internal {
 
@@ -19,8 +18,7 @@ struct SquareCorrelation {
 /// The correlations in time of so many runs (≥ 1), whose |u_k|² have so many dof in all: those of the
 /// products, and of values that are in none, as of the first steps.
 struct TimeCorrelations {
-  LagProducts lags;
-  LongLags long_lags;
+  LongLags lags;
   std::int64_t runs = 1;
   double dof = 0.0;
 };
@@ -29,12 +27,12 @@ struct TimeCorrelations {
 /// 1 + 2 Σ_h ‖R_h‖₂², as Cov(|u_k|², |u_{k−h}|²) = 2 ‖R_h‖_F², over lags to 20 and, of means of blocks,
 /// beyond; what chance makes of ‖R_h‖² is taken off. 1 of what is white.
 ///
-/// Where the values are worth fewer than twenty, each run counts as one: of Gaussian values of any
-/// correlation the mean of u² has no wider tails than where it is the same in the whole run, from 1.54 on
-/// [Székely 2003]. So, in part, where R_h is clearly positive at the lags of the last half: that
-/// share c of the variance is taken to stay in whole runs, c as large as it may be where χ²(runs m) shows the
-/// lowest tenth of its values. Approximate, as N/τ is taken as ten less than it looks (measured levels:
-/// docs/statistics.md).
+/// Where the values are worth fewer than twenty, each run counts as one: of one component in one run,
+/// Gaussian and of any correlation, the mean of u² exceeds any value from 1.54 on no more often than χ²(1)
+/// does [Székely 2003]; of more it is taken to be so. So, in part, where R_h is clearly positive at the lags
+/// of the last half: that share c of the variance is taken to stay in whole runs, c as large as it may be
+/// where χ²(runs m) shows the lowest tenth of its values. Approximate, as N/τ is taken as ten less than it
+/// looks (measured levels: docs/statistics.md).
 SquareCorrelation square_correlation(const TimeCorrelations& of);
 
 /// The same of one number each that is as good as its NIS, of which NIS is a function that grows: Var Σ over

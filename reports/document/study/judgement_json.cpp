@@ -174,7 +174,9 @@ Json verdict_json(const ConsistencyVerdict& v) {
   j["bounds"] = {{"lower", last.lower}, {"upper", last.upper}};
   j["share_outside"] = v.share_outside;
   j["expected_share_outside"] = v.expected_share_outside;
-  j["overall"] = {{"lower", v.bounds.lower}, {"upper", v.bounds.upper}, {"p_value", v.overall_p_value}};
+  j["overall"] = {{"lower", v.bounds.lower},
+                  {"upper", v.bounds.upper},
+                  {"p_value", std::isnan(v.bounds_p_value) ? v.overall_p_value : v.bounds_p_value}};
   j["steps_p_value"] = v.steps_p_value;
   j["steps_rejected"] = v.steps_rejected;
   j["steps_without_data"] = v.steps_without_data;

@@ -392,9 +392,11 @@ std::string bound_sentence(const Judgement& judgement) {
         is_loose(row) ? fmt::format("with Jacobians at the truth {}, bound {} (loose)",
                                     number_text(root(row.at_truth), 3), number_text(root(row.bound), 3))
                       : fmt::format("bound {}", number_text(root(row.bound), 3));
-    parts.push_back(fmt::format("{}{} {}, P claims {}, {}", row.of, shown_unit(row.unit),
+    const std::string claims =
+        std::isnan(row.claimed) ? "" : fmt::format(", P claims {}", number_text(root(row.claimed), 3));
+    parts.push_back(fmt::format("{}{} {}{}, {}", row.of, shown_unit(row.unit),
                                 interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
-                                number_text(root(row.claimed), 3), yardstick));
+                                claims, yardstick));
   }
   if (parts.empty()) return {};
   return fmt::format("RMSE beside P and the posterior Cramér-Rao bound: {}.", fmt::join(parts, "; "));
@@ -417,7 +419,7 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
     std::vector<TableCell> cells = {
         row.of + shown_unit(row.unit),
         interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
-        {root(row.claimed), 3}};
+        std::isnan(row.claimed) ? TableCell("–") : TableCell(root(row.claimed), 3)};
     if (bounded) {
       const bool known = !std::isnan(row.bound);
       for (const double value : {row.at_truth, row.bound}) {

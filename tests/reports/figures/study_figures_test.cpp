@@ -123,6 +123,11 @@ TEST(StudyFigures, RmseIsComparedWithWhatPClaimsOfTheSame) {
     EXPECT_GT(last, 0.0);
     EXPECT_NEAR(claims->y[11], unit * std::sqrt(last), 1e-12) << i;
   }
+  analysis.covariance.heading = analysis.covariance.landmark = {};
+  const Figure of_old_store = study_figures("p", analysis, std::nullopt).back();
+  EXPECT_NO_THROW(validate(of_old_store));
+  EXPECT_EQ(find_series(of_old_store.panels[1], "P claims"), nullptr);
+  EXPECT_NE(find_series(of_old_store.panels[0], "P claims"), nullptr);
 }
 
 TEST(StudyFigures, EllipsesTooSmallToBeSeenAreDrawnLarger) {

@@ -115,8 +115,8 @@ TEST(CollectedEvidence, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(sensor.fit, same.fit);
   EXPECT_EQ(sensor.far_tail, same.far_tail);
   EXPECT_EQ(sensor.run_means.scatter, same.run_means.scatter);
-  for (Index lag = 0; lag <= SensorSums::kLags; ++lag) {
-    EXPECT_EQ(sensor.lags.product(lag), same.lags.product(lag));
+  for (Index lag = 0; lag <= LongLags::kLags; ++lag) {
+    EXPECT_EQ(sensor.lags.of_values().product(lag), same.lags.of_values().product(lag));
   }
   for (std::size_t b = 0; b < one.blocks.size(); ++b) {
     EXPECT_EQ(one.blocks[b].nees, three.blocks[b].nees) << one.blocks[b].name;
@@ -163,7 +163,7 @@ TEST(CollectedEvidence, IsTheSameOfRunsSideBySide) {
   EXPECT_EQ(sensor.components, same.components);
   EXPECT_EQ(sensor.pairs, same.pairs);
   EXPECT_EQ(sensor.run_means.scatter, same.run_means.scatter);
-  EXPECT_EQ(sensor.lags.product(3), same.lags.product(3));
+  EXPECT_EQ(sensor.lags.of_values().product(3), same.lags.of_values().product(3));
   for (std::size_t b = 0; b < one.blocks.size(); ++b) {
     EXPECT_EQ(together.blocks[b].nees, one.blocks[b].nees) << one.blocks[b].name;
   }
@@ -204,7 +204,8 @@ TEST(CollectedEvidence, OfNormalisedStepsIsThatOfPlainOnes) {
     }
     near(fast.sensors[0].measurement_share.mean, plain.sensors[0].measurement_share.mean);
     near(fast.sensors[0].run_means.scatter.trace(), plain.sensors[0].run_means.scatter.trace());
-    near(fast.sensors[0].lags.product(1).trace(), plain.sensors[0].lags.product(1).trace());
+    near(fast.sensors[0].lags.of_values().product(1).trace(),
+         plain.sensors[0].lags.of_values().product(1).trace());
     near(fast.law.second_moments.along()[2].mean, plain.law.second_moments.along()[2].mean);
     near(fast.study.steps.back()[Quantity::trace_landmarks].mean,
          plain.study.steps.back()[Quantity::trace_landmarks].mean);

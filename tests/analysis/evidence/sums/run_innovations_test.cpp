@@ -58,9 +58,9 @@ TEST(RunInnovations, LagsAreCountedInInnovationsNotInSteps) {
     Evidence sums;
     add_innovations_of_run({&run, 1}, layout, sums);
     const SensorSums& of_sensor = sums.sensor(layout.sensors[0]);
-    EXPECT_EQ(of_sensor.lags.pairs(0), 40) << interval;
-    EXPECT_EQ(of_sensor.lags.pairs(1), 39) << interval;
-    EXPECT_DOUBLE_EQ(of_sensor.lags.product(1)(0, 0), -39.0) << interval;
+    EXPECT_EQ(of_sensor.lags.of_values().pairs(0), 40) << interval;
+    EXPECT_EQ(of_sensor.lags.of_values().pairs(1), 39) << interval;
+    EXPECT_DOUBLE_EQ(of_sensor.lags.of_values().product(1)(0, 0), -39.0) << interval;
     EXPECT_EQ(of_sensor.by_dimension.at(1).value.count, 50) << "of the law none is left out";
   }
 }

@@ -224,7 +224,7 @@ TEST(Judgement, ChunksAddUpInTheirOrder) {
   EXPECT_EQ(all.study.runs, 130);
   EXPECT_EQ(all.study.steps[4][Quantity::nees].count, 130);
   EXPECT_EQ(all.sensors.front().fit.count(), 650);
-  EXPECT_EQ(all.sensors.front().lags.pairs(1),
+  EXPECT_EQ(all.sensors.front().lags.of_values().pairs(1),
             130 * 3);  // the first of five steps is left out, and no product spans two runs
   EXPECT_TRUE(all.first_run.empty());
 }
@@ -329,6 +329,7 @@ TEST(Judgement, ASingleRunShowsTheBoundsThatDecideIt) {
     const Judgement wrong = judge(logs_of(1, 3000, 0.9, scale));
     ASSERT_TRUE(is_inconsistent(wrong.nees.verdict));
     EXPECT_FALSE(wrong.nees.decided_by_steps);
+    EXPECT_EQ(wrong.nees.bounds_p_value, wrong.single->time_average.p_value);
     const bool high = scale > 1.0;
     EXPECT_EQ(wrong.nees.mean > wrong.nees.bounds.upper, high);
     EXPECT_EQ(wrong.nees.mean < wrong.nees.bounds.lower, !high);

@@ -14,7 +14,8 @@ TEST(LongLags, AreOfTheMeansOfBlocks) {
     lags.begin_run();
     for (int k = 1; k <= 600; ++k) lags.add(value(k));
   }
-  const auto& [short_blocks, long_blocks] = lags.levels();
+  const auto& [values, short_blocks, long_blocks] = lags.levels();
+  EXPECT_EQ(values.pairs(0), 1200);
   EXPECT_EQ(short_blocks.pairs(0), 2 * 37) << "what is left over is left out";
   EXPECT_EQ(short_blocks.pairs(20), 2 * 17);
   double product = 0.0;
@@ -33,7 +34,7 @@ TEST(LongLags, AMeanIsOfTheValuesThatAreThere) {
       lags.add_missing();
     }
   }
-  const LagProducts& blocks = lags.levels()[0];
+  const LagProducts& blocks = lags.levels()[1];
   EXPECT_EQ(blocks.pairs(0), 3);
   EXPECT_EQ(blocks.product(0)(0, 0), 1.0 + 4.0 + 16.0);
   EXPECT_EQ(blocks.product(1)(0, 0), 1.0 * 2.0) << "the third has none";
@@ -45,8 +46,8 @@ TEST(LongLags, AddUpAndMoveToAnotherMean) {
   for (int k = 0; k < 32; ++k) one.add(value(3.0));
   for (int k = 0; k < 48; ++k) other.add(value(5.0));
   one.merge(other);
-  EXPECT_EQ(one.levels()[0].product(1)(0, 0), 9.0 + 2.0 * 25.0);
-  EXPECT_EQ(one.about(value(4.0)).levels()[0].product(1)(0, 0), 59.0 - 3.0 * 16.0);
+  EXPECT_EQ(one.levels()[1].product(1)(0, 0), 9.0 + 2.0 * 25.0);
+  EXPECT_EQ(one.about(value(4.0)).levels()[1].product(1)(0, 0), 59.0 - 3.0 * 16.0);
 }
 
 }  // namespace

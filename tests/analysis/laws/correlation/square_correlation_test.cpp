@@ -22,10 +22,9 @@ Series series(std::uint64_t seed, int runs, int steps, Index dim, double phi, do
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   const double dof = static_cast<double>(dim) * runs * steps;
-  Series result{{.lags = LagProducts(dim, 20), .long_lags = LongLags(dim), .runs = runs, .dof = dof}};
+  Series result{{.lags = LongLags(dim), .runs = runs, .dof = dof}};
   for (int run = 0; run < runs; ++run) {
     result.in_time.lags.begin_run();
-    result.in_time.long_lags.begin_run();
     Vector u(dim);
     for (double& x : u) x = normal(random);
     for (int k = 0; k < steps; ++k) {
@@ -38,7 +37,6 @@ Series series(std::uint64_t seed, int runs, int steps, Index dim, double phi, do
       mixed *= 3.0;
       if (dim > 1) mixed[1] += 2.0 / 3.0 * mixed[0];
       result.in_time.lags.add(mixed);
-      result.in_time.long_lags.add(mixed);
     }
   }
   return result;

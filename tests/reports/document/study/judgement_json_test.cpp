@@ -210,6 +210,13 @@ TEST(VerdictJson, NoNumberIsInfinite) {
   EXPECT_EQ(text_of_json(j).find("inf"), std::string::npos);
 }
 
+TEST(VerdictJson, BoundsHaveThePValueOfTheirTest) {
+  ConsistencyVerdict verdict = judged({3.0});
+  EXPECT_EQ(verdict_json(verdict)["overall"]["p_value"], verdict.overall_p_value);
+  verdict.bounds_p_value = 0.25;
+  EXPECT_EQ(verdict_json(verdict)["overall"]["p_value"], 0.25);
+}
+
 TEST(VerdictJson, AWordHasWhatItJoins) {
   Word word;
   word.verdict = Verdict::optimistic;

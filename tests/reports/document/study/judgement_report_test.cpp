@@ -243,6 +243,11 @@ TEST(AccuracyTable, AnglesAreInDegreesAndEfficiencyIsOfSquares) {
       statistics_sentences(judgement),
       Contains(
           "RMSE beside P and the posterior Cramér-Rao bound: heading (°) 2.00, P claims 5.00, bound 1.00."));
+  judgement.accuracy[0].claimed = kNaN;  // of a store of an earlier format
+  EXPECT_EQ(texts(nullptr)[2], "–");
+  EXPECT_THAT(statistics_sentences(judgement),
+              Contains("RMSE beside P and the posterior Cramér-Rao bound: heading (°) 2.00, bound 1.00."));
+  judgement.accuracy[0].claimed = 25.0 * degree * degree;
   judgement.accuracy[0].at_truth = 1.3 * degree * degree;
   EXPECT_THAT(accuracy_table(judgement, &bound).notes, Contains(HasSubstr("loose")));
   EXPECT_THAT(statistics_sentences(judgement),
