@@ -150,7 +150,8 @@ class Collector {
                      .margin = within,
                      .times = StepTimes::every(dt),
                      .copies = copies_.many() ? copies_.says : std::string()},
-                    swapped ? InputMistakes{.said = {mistakes_.swapped_axes}, .swapped_axes = true}
+                    swapped ? InputMistakes{.said = {.misfits = {}, .others = {mistakes_.swapped_axes}},
+                                            .swapped_axes = true}
                             : InputMistakes{.said = std::move(mistakes_.said)},
                     runs);
     if (!copies_.says.empty()) runs.remarks.push_back(std::move(copies_.says));

@@ -105,8 +105,7 @@ std::string gain_note(GainError gain) {
   switch (gain) {
     case GainError::none_seen:
       return "The innovations look white: the gain is not seen to be wrong, and the scale is one of P0, Q "
-             "and "
-             "R together.";
+             "and R together.";
     case GainError::too_small:
       return "The innovations are positively correlated: the gain is too small, Q over R should be larger. A "
              "scale alone mends the mean of NIS and not this.";

@@ -1,15 +1,15 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "datasets/arrays/array_runs.h"
+#include "datasets/logs/log_sink.h"
 
 namespace credence::internal {
 
-/// What looks like a mistake of who made the arrays, in sentences.
+/// What looks like a mistake of who made the arrays.
 struct ArrayMistakes {
-  std::vector<std::string> said;
+  Said said;
   std::string swapped_axes;  ///< (steps, runs, n) for (runs, steps, n); empty: not
 };
 

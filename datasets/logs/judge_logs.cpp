@@ -76,7 +76,7 @@ struct Group {
   StepTimes times;
   RunFingerprints fingerprints;
   std::vector<FileStates> states;  ///< of the first file, and of each with others than the one before
-  std::vector<std::string> said;  ///< of the first group, what its files together look like (StepConventions)
+  Said said;  ///< of the first group, what its files together look like (StepConventions)
   std::int64_t unmatched = 0, unexplained = 0;
   TruthFit truth_fit = TruthFit::none;
   std::size_t files = 0;  ///< that were begun
@@ -224,10 +224,13 @@ class GroupSink final : public LogSink {
   }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
   void hint(std::string sentence) override {
-    group_.remarks.push_back({file_, std::move(sentence), true, true});
+    group_.remarks.push_back({file_, std::move(sentence), LogRemark::Kind::hint});
+  }
+  void misfit(std::string sentence) override {
+    group_.remarks.push_back({file_, std::move(sentence), LogRemark::Kind::misfit});
   }
   void mistake(std::string sentence) override {
-    group_.remarks.push_back({file_, std::move(sentence), false, true});
+    group_.remarks.push_back({file_, std::move(sentence), LogRemark::Kind::mistake});
   }
   void swapped_axes(std::string sentence) override {
     group_.swapped_axes = true;
@@ -354,15 +357,14 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
 /// Keeps one hint where more files have one than chance explains and than misfit without: a mistake of who
 /// wrote the logs is in most of those that it can be seen in.
 void leave_out_chance(LogJudgeResult& result, std::int64_t unexplained) {
-  const auto is_hint = [](const LogRemark& remark) { return remark.hint; };
-  const std::int64_t hints = std::ranges::count_if(result.remarks, is_hint);
+  const std::int64_t hints = std::ranges::count_if(result.remarks, &LogRemark::may_be_chance);
   if (hints == 0) return;
   constexpr double kRounding = 1e-12;
   const bool chance = hints <= unexplained || binomial_upper_tail(hints, result.files, ReadingFit::kLevel) >
                                                   ReadingFit::kLevel + kRounding;
   bool told = false;
   std::erase_if(result.remarks, [&](LogRemark& remark) {
-    if (!remark.hint) return false;
+    if (!remark.may_be_chance()) return false;
     const bool drop = chance || std::exchange(told, true);
     if (!drop && result.files > 1) {
       remark.sentence +=
@@ -374,7 +376,10 @@ void leave_out_chance(LogJudgeResult& result, std::int64_t unexplained) {
 
 }  // namespace
 
-bool LogJudgeResult::explained() const { return std::ranges::any_of(remarks, &LogRemark::mistake); }
+bool LogJudgeResult::explained() const {
+  return std::ranges::any_of(remarks,
+                             [](const LogRemark& remark) { return remark.kind != LogRemark::Kind::remark; });
+}
 
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
                           const LogJudgeOptions& options) {
@@ -383,7 +388,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   RunFingerprints fingerprints;
   std::optional<FileStates> states;  // of the first file
   bool alike = true;
-  std::vector<std::string> together;  // of the first group
+  std::vector<std::string> together;  // misfits of the first group
   std::mutex mutex;
   std::condition_variable turn;
   std::int64_t merged = 0;       // groups
@@ -416,7 +421,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
       alike = false;
       result.remarks.push_back({of_file.file, unlike_sentence(*states, of_file)});
     }
-    std::ranges::move(group.said, std::back_inserter(together));
+    std::ranges::move(group.said.misfits, std::back_inserter(together));
     result.unmatched_rows += group.unmatched;
     result.truth_fit = std::max(result.truth_fit, group.truth_fit);
     unexplained += group.unexplained;
@@ -433,7 +438,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   result.complete = merged == groups && !interrupted;
   leave_out_chance(result, unexplained);
   if (!result.explained() && !together.empty())
-    result.remarks.push_back({{}, std::move(together.front()), true, true});
+    result.remarks.push_back({{}, std::move(together.front()), LogRemark::Kind::misfit});
   return result;
 }
 

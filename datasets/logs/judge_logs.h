@@ -30,10 +30,14 @@ struct LogJudgeOptions {
 
 /// What a reader had to say of a file.
 struct LogRemark {
+  /// Those of LogSink: of a mistake are all but the first, and perhaps chance are misfits and hints.
+  enum class Kind { remark, misfit, hint, mistake };
+
   std::filesystem::path file;
   std::string sentence;
-  bool hint = false;     ///< may be chance: LogSink::hint
-  bool mistake = false;  ///< LogSink::mistake, or a hint: why the file does not fit its covariance
+  Kind kind = Kind::remark;
+
+  bool may_be_chance() const { return kind == Kind::misfit || kind == Kind::hint; }
 };
 
 /// What was read.

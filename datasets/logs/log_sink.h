@@ -34,6 +34,8 @@ class LogSink {
   virtual void remark(std::string sentence) = 0;
   /// The same, of what may be a mistake of the file's author: said of at most 1 % of the files without one.
   virtual void hint(std::string sentence) { remark(std::move(sentence)); }
+  /// As hint, of errors that do not fit their covariance as it is read: not told where those of all runs fit.
+  virtual void misfit(std::string sentence) { hint(std::move(sentence)); }
   /// The file does not fit its covariance, and no mistake that is looked for explains it.
   virtual void unexplained() {}
   /// Of a log of poses: in which charts its covariance was looked at, and what time lay between it and the
@@ -52,20 +54,27 @@ class LogSink {
   virtual void swapped_axes(std::string sentence) { mistake(std::move(sentence)); }
 };
 
+/// What was said of mistakes.
+struct Said {
+  std::vector<std::string> misfits;  ///< LogSink::misfit
+  std::vector<std::string> others;
+};
+
 /// Keeps what is said.
 class SaidSink final : public LogSink {
  public:
-  explicit SaidSink(std::vector<std::string>& said) : said_(said) {}
+  explicit SaidSink(Said& said) : said_(said) {}
 
   void begin_run(const RunLayout& /*layout*/) override {}
   void add(const Step& /*step*/) override {}
   void end_run(Outcome /*outcome*/, std::int64_t /*step*/) override {}
-  void remark(std::string sentence) override { said_.push_back(std::move(sentence)); }
+  void remark(std::string sentence) override { said_.others.push_back(std::move(sentence)); }
+  void misfit(std::string sentence) override { said_.misfits.push_back(std::move(sentence)); }
   void unmatched(std::int64_t /*rows*/) override {}
   void advance(std::int64_t /*bytes*/) override {}
 
  private:
-  std::vector<std::string>& said_;
+  Said& said_;
 };
 
 /// Takes nothing, of a pass that only looks.
@@ -92,6 +101,7 @@ class ForwardingSink : public LogSink {
   void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
   void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
+  void misfit(std::string sentence) override { next_.misfit(std::move(sentence)); }
   void mistake(std::string sentence) override { next_.mistake(std::move(sentence)); }
   void swapped_axes(std::string sentence) override { next_.swapped_axes(std::move(sentence)); }
   void unexplained() override { next_.unexplained(); }

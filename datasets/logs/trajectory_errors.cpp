@@ -269,13 +269,18 @@ bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose&
 
 namespace {
 
-/// Whether the times of one would meet those of the other in another unit; empty: they would not.
-std::string other_unit(double first_s, double last_s, double from, double to) {
+/// Whether the times of one would meet those of the other in another unit, over this share of the longer;
+/// empty: they would not.
+std::string other_unit(double first_s, double last_s, double from, double to, double share = 0.0) {
   constexpr std::pair<double, const char*> kUnits[] = {{1e3, "ms"}, {1e6, "µs"}, {1e9, "ns"}};
+  const auto meet = [&](double of_estimates, double of_truth) {
+    const double first = first_s / of_estimates, last = last_s / of_estimates;
+    const double begin = from / of_truth, end = to / of_truth;
+    return std::min(last, end) - std::max(first, begin) >= share * std::max(last - first, end - begin);
+  };
   for (const auto& [per_second, unit] : kUnits) {
-    if (first_s < to / per_second && last_s > from / per_second)
-      return fmt::format("they would meet were the times of the truth in {}", unit);
-    if (first_s / per_second < to && last_s / per_second > from)
+    if (meet(1.0, per_second)) return fmt::format("they would meet were the times of the truth in {}", unit);
+    if (meet(per_second, 1.0))
       return fmt::format("they would meet were the times of the estimates in {}", unit);
   }
   return {};
@@ -283,11 +288,22 @@ std::string other_unit(double first_s, double last_s, double from, double to) {
 
 }  // namespace
 
+std::string no_seconds(double time_s) {
+  constexpr std::pair<double, const char*> kBeyond[] = {{1e17, "ns"}, {1e14, "µs"}, {1e11, "ms"}};
+  for (const auto& [beyond, unit] : kBeyond) {
+    if (time_s > beyond) {
+      return fmt::format("times up to {:.3g} s are perhaps in {}, where seconds are expected", time_s, unit);
+    }
+  }
+  return {};
+}
+
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching) {
   const double from = truth.time_s.front(), to = truth.time_s.back();
-  const std::string more =
+  std::string more =
       first_s < to && last_s > from ? more_of_sparse(truth, matching) : other_unit(first_s, last_s, from, to);
+  if (more.empty()) more = no_seconds(last_s);
   return {estimate, "",
           fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
                       "{:.3f} to {:.3f} s, tolerance {} s{}{}",
@@ -295,9 +311,15 @@ DataError no_truth(const std::filesystem::path& estimate, double first_s, double
                       more.empty() ? "" : "; ", more)};
 }
 
-void tell_unmatched(std::int64_t unmatched, std::int64_t rows, const Trajectory& truth,
-                    const TrajectoryMatching& matching, LogSink& sink) {
+void tell_unmatched(std::int64_t unmatched, std::int64_t rows, double first_s, double last_s,
+                    const Trajectory& truth, const TrajectoryMatching& matching, LogSink& sink) {
   sink.unmatched(unmatched);
+  constexpr std::int64_t kFew = 20;  // of so many rows one has a truth
+  constexpr double kMost = 0.5;
+  const std::string unit = other_unit(first_s, last_s, truth.time_s.front(), truth.time_s.back(), kMost);
+  if (kFew * (rows - unmatched) <= rows && !unit.empty()) {
+    return sink.mistake(fmt::format("Of {} rows {} have no truth at their time; {}.", rows, unmatched, unit));
+  }
   constexpr std::int64_t kMany = 4;  // of so many rows one
   const std::string more = more_of_sparse(truth, matching);
   if (more.empty() || kMany * unmatched < rows) return;

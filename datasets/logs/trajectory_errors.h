@@ -182,14 +182,18 @@ class TruthComparison {
   std::vector<Index> components_;  ///< of the six, the states of the layout
 };
 
+/// What tells that no log goes to this time, of another unit than seconds; empty: it may.
+std::string no_seconds(double time_s);
+
 /// That no estimate of a file, which are of these times, has a truth at its time.
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching);
 
 /// Counts estimates without a truth at their time, and says what takes more where many have none, as the rows
-/// of the truth are far apart.
-void tell_unmatched(std::int64_t unmatched, std::int64_t rows, const Trajectory& truth,
-                    const TrajectoryMatching& matching, LogSink& sink);
+/// of the truth are far apart, or where most have none, as the times of one, which begin at zero, are in
+/// another unit. Estimates are of first_s to last_s.
+void tell_unmatched(std::int64_t unmatched, std::int64_t rows, double first_s, double last_s,
+                    const Trajectory& truth, const TrajectoryMatching& matching, LogSink& sink);
 
 /// Errors of an estimate.
 struct TrajectoryErrors {

@@ -131,7 +131,10 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
     sink.at(errors.time_s[i]);
     sink.add(errors.rows[i]);
   }
-  tell_unmatched(errors.unmatched, std::ssize(estimate.poses), *poses.truth, matching, sink);
+  tell_unmatched(errors.unmatched, std::ssize(estimate.poses), estimate.time_s.front(),
+                 estimate.time_s.back(), *poses.truth, matching, sink);
+  if (const std::string unit = no_seconds(estimate.time_s.back()); !unit.empty())
+    sink.remark(fmt::format("The unit of time: {}.", unit));
   sink.unmatched(errors.between_truths);
   sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
 }

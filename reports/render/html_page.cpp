@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -118,7 +119,11 @@ class PageWriter {
     body += fmt::format("<h2 id=\"{}\">{}</h2>\n", heading.anchor, escape_html(heading.title));
   }
   void operator()(const part::Fold& fold);
-  void operator()(part::FoldEnd) { body += "</details>\n"; }
+  void operator()(part::FoldEnd) {
+    body += "</details>\n";
+    if (outside_.back()) figures_ = *outside_.back();
+    outside_.pop_back();
+  }
   void operator()(const part::Paragraph& p) { body += fmt::format("<p>{}</p>\n", prose(p.text)); }
   void operator()(const part::Bullets& bullets) {
     body += "<ul>\n";
@@ -153,6 +158,7 @@ class PageWriter {
   const std::filesystem::path& link_base_;
   std::vector<const GlossaryWord*> words_;  // used so far
   int tables_ = 0, figures_ = 0;
+  std::vector<std::optional<int>> outside_;  ///< of each open fold that is a section, the figures before it
 };
 
 std::string PageWriter::prose(std::string_view text) {
@@ -171,6 +177,7 @@ std::string PageWriter::prose(std::string_view text) {
 
 void PageWriter::operator()(const part::Fold& fold) {
   const part::Heading& heading = fold.heading;
+  outside_.push_back(fold.section ? std::optional(std::exchange(figures_, 0)) : std::nullopt);
   if (!fold.section) {
     body += fmt::format("<details id=\"{}\">\n<summary><h3>{}</h3></summary>\n", heading.anchor,
                         escape_html(heading.title));

@@ -275,13 +275,14 @@ Causes find_wrong_gain(const Findings& findings) {
   const InnovationShape shape = innovation_shape(findings);
   return {{Cause::process_or_measurement_noise,
            fmt::format("innovations that are not white (lag-1 autocorrelation {}, {}) with a mean NIS "
-                       "of {} of {}: the gain is {}; no factor on P or S alone mends that",
+                       "of {} of {}: the gain is {}; no factor on P or S alone mends that{}",
                        number_text(shape.lag_1, 2), p_value_statement(findings.whiteness->p_value),
                        number_text(findings.nis.expected * (1.0 + shape.excess), 3),
                        number_text(findings.nis.expected, 3),
                        shape.gain > 0   ? "too small, Q over R should be larger"
                        : shape.gain < 0 ? "too large, Q over R should be smaller"
-                                        : "wrong, or the noise is correlated in time")}};
+                                        : "wrong, or the noise is correlated in time",
+                       where_P_fits(findings))}};
 }
 
 Causes find_noise_beside_bias(const Findings& findings) {

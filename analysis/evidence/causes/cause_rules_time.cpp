@@ -177,11 +177,13 @@ Causes find_coloured_noise(const Findings& findings) {
     if (!is_coloured_or_large_noise(lag_1, size, shape, findings)) return {};
     return coloured_or_large_noise(lag_1, findings);
   }
-  return {{Cause::coloured_noise,
-           fmt::format("the lag-1 autocorrelation is {}, too much for a mean NIS of {} where "
-                       "{} is expected; if the noise is white, Q and R are both wrong and the gain is too {}",
-                       number_text(lag_1, 2), number_text(findings.nis.expected * (1.0 + shape.excess), 3),
-                       number_text(findings.nis.expected, 3), lag_1 > 0.0 ? "small" : "large")}};
+  return {
+      {Cause::coloured_noise,
+       fmt::format("the lag-1 autocorrelation is {}, too much for a mean NIS of {} where "
+                   "{} is expected; if the noise is white, Q and R are both wrong and the gain is too {}{}",
+                   number_text(lag_1, 2), number_text(findings.nis.expected * (1.0 + shape.excess), 3),
+                   number_text(findings.nis.expected, 3), lag_1 > 0.0 ? "small" : "large",
+                   where_P_fits(findings))}};
 }
 
 }  // namespace credence::internal

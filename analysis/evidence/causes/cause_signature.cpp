@@ -13,6 +13,11 @@
 namespace credence::internal {
 namespace {
 
+bool errors_fit(const Findings& findings) {
+  const ConsistencyVerdict& nees = findings.nees;
+  return nees.count > 0 && nees.verdict == Verdict::consistent && !findings.any_block_is_wrong;
+}
+
 double normal_upper_quantile(double probability) {
   return quantile(complement(boost::math::normal(), probability));
 }
@@ -172,10 +177,7 @@ InnovationShape innovation_shape(const Findings& findings) {
 }
 
 std::string_view where_errors_fit(const Findings& findings) {
-  const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
-  if (nees.count == 0 || nees.verdict != Verdict::consistent || findings.any_block_is_wrong ||
-      !is_inconsistent(nis.verdict))
-    return "";
+  if (!errors_fit(findings) || !is_inconsistent(findings.nis.verdict)) return "";
   return "; NEES fits, so look whether ν and S are those that the filter uses: S without R or of another "
          "step, ν taken after the update";
 }
@@ -183,6 +185,12 @@ std::string_view where_errors_fit(const Findings& findings) {
 double lag_1_outside(const Findings& findings) {
   const InnovationShape shape = innovation_shape(findings);
   return std::abs(shape.lag_1) > shape.lag_1_band ? shape.lag_1 : 0.0;
+}
+
+std::string_view where_P_fits(const Findings& findings) {
+  if (!errors_fit(findings) || is_inconsistent(findings.nis.verdict)) return "";
+  return "; NEES is consistent: if the filter considers a bias, or has another gain on purpose, nothing is "
+         "wrong";
 }
 
 bool lags_tell_process_noise(const Findings& findings) {

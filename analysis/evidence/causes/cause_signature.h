@@ -103,6 +103,9 @@ InnovationShape innovation_shape(const Findings& findings);
 /// Where NIS is wrong and NEES is right, what else may be: the filter may have another S than was written.
 std::string_view where_errors_fit(const Findings& findings);
 
+/// Where innovations are not white and NEES is consistent, which filters are right all the same; else empty.
+std::string_view where_P_fits(const Findings& findings);
+
 /// The lag-1 autocorrelation if it lies outside its band, else 0.
 double lag_1_outside(const Findings& findings);
 

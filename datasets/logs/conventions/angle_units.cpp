@@ -201,8 +201,8 @@ void AngleUnits::finish() {
     if (std::string text = all_in_degrees_text(i); !text.empty())
       return ForwardingSink::hint(std::move(text));
   }
-  if (!of_all_states_.empty()) return ForwardingSink::hint(std::move(of_all_states_));
-  if (std::string text = likely_text(); !text.empty()) return ForwardingSink::hint(std::move(text));
+  if (!of_all_states_.empty()) return ForwardingSink::misfit(std::move(of_all_states_));
+  if (std::string text = likely_text(); !text.empty()) return ForwardingSink::misfit(std::move(text));
   for (std::size_t i = 0; i < states_.size(); ++i) {
     if (std::string text = fills_circle_text(i); !text.empty()) ForwardingSink::remark(std::move(text));
   }

@@ -25,7 +25,7 @@ class AngleUnits final : public ForwardingSink {
 
   void begin_run(const RunLayout& layout) override;
   void add(const Step& step) override;
-  void hint(std::string sentence) override { of_all_states_ = std::move(sentence); }
+  void misfit(std::string sentence) override { of_all_states_ = std::move(sentence); }
   void unexplained() override { unexplained_ = true; }
 
   /// After the last step: hands on what is to be said.

@@ -57,7 +57,7 @@ void ConventionCheck::tell(const TruthComparison& truth, LogSink& sink) const {
   if (!declared.misfits()) return;
   std::string text = mistakes(declared, truth);
   if (text.empty()) return sink.unexplained();
-  sink.hint(std::move(text));
+  sink.misfit(std::move(text));
 }
 
 double ConventionCheck::spacing() const {

@@ -235,6 +235,12 @@ void StepConventions::finish() {
   };
   const auto declared = misfitting_reading(rows_.size(), n, {}, rows_changed_by([](Matrix&) {}));
   if (!declared) return;
+  // Of one state any P that is twice too large is by chance near a deviation, or an inverse, in some unit.
+  constexpr double kGross = 4.0;
+  const double scale = declared->nees / static_cast<double>(n);
+  if (scale > 1.0 / kGross && scale < kGross &&
+      fitting_reading(rows_.size(), n, {}, rows_changed_by([scale](Matrix& P) { P *= scale; })))
+    return unexplained();
   std::optional<ReadingFit> best;
   std::string cause;
   for (const StepReading& reading : step_readings(layout_)) {
@@ -244,11 +250,11 @@ void StepConventions::finish() {
     cause = reading.cause;
   }
   if (!best) {
-    if (std::string order = other_order(); !order.empty()) return hint(std::move(order));
-    if (std::string truth = other_truth(layout_, rows_); !truth.empty()) return hint(std::move(truth));
+    if (std::string order = other_order(); !order.empty()) return misfit(std::move(order));
+    if (std::string truth = other_truth(layout_, rows_); !truth.empty()) return misfit(std::move(truth));
     return unexplained();
   }
-  hint(
+  misfit(
       fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {}). "
                   "Whether it is so, the log cannot say: look at the program that wrote it.",
                   misfit_text(*declared, n), cause, number_text(best->nees)));

@@ -392,8 +392,8 @@ class RosLog {
     if (steps == 0 && without == 0 && used_up == 0) {
       throw no_truth(file_, stream.first_s(), stream.last_s(), truth, matching_);
     }
-    tell_unmatched(unmatched, steps + without + used_up + unmatched + gaps.left_out(), truth, matching_,
-                   sink_);
+    tell_unmatched(unmatched, steps + without + used_up + unmatched + gaps.left_out(), stream.first_s(),
+                   stream.last_s(), truth, matching_, sink_);
     sink_.unmatched(gaps.left_out());
     tell_placement(placement_, used_up, sink_);
     if (steps == 0 && !truth.covariances.empty()) {

@@ -17,9 +17,9 @@ namespace {
 
 /// What logs of the first runs would be told of mistakes in their numbers (LogConventions), of as many rows
 /// as it looks at.
-std::vector<std::string> mistakes_of(const Experiment& experiment, std::int64_t runs, std::int64_t steps) {
+Said mistakes_of(const Experiment& experiment, std::int64_t runs, std::int64_t steps) {
   constexpr std::int64_t kRows = 4096;
-  std::vector<std::string> said;
+  Said said;
   SaidSink sink(said);
   LogConventions conventions(sink);
   for (std::int64_t run = 0; run < runs && run * steps < kRows; ++run) {
@@ -57,7 +57,7 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
   if (!complete) return logs;
   Judgement& judgement = logs.analysis.judgement;
   if (is_inconsistent(judgement.word.verdict) || !judgement.causes.empty()) {
-    logs.mistakes = mistakes_of(experiment, options.runs, options.steps);
+    logs.mistakes = mistakes_told(mistakes_of(experiment, options.runs, options.steps), judgement);
     if (!logs.mistakes.empty()) drop_explained_causes(judgement);
   }
   for (const RunFailure& failure : logs.analysis.evidence.study.failures) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#include <initializer_list>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -107,9 +108,10 @@ std::string form_of(std::string_view sentence) {
   return form;
 }
 
-/// The sentences of several files, of their mistakes or what else is remarked, the first of those that differ
+/// The sentences of several files that are of these kinds, the first of those that differ
 /// by their numbers alone; with the name of its file, where there are others of which it is not true.
-std::vector<std::string> remarks_of(const LogJudgeResult& result, bool mistakes) {
+std::vector<std::string> remarks_of(const LogJudgeResult& result,
+                                    std::initializer_list<LogRemark::Kind> kinds) {
   struct Told {
     const LogRemark* first;
     std::set<fs::path> files;
@@ -118,7 +120,7 @@ std::vector<std::string> remarks_of(const LogJudgeResult& result, bool mistakes)
   std::vector<Told> all;
   std::map<std::string, std::size_t> place;  // of a form
   for (const LogRemark& remark : result.remarks) {
-    if (remark.mistake != mistakes) continue;
+    if (std::ranges::find(kinds, remark.kind) == kinds.end()) continue;
     const auto [found, is_new] = place.try_emplace(form_of(remark.sentence), all.size());
     if (is_new) all.push_back({&remark, {}});
     Told& told = all[found->second];
@@ -217,6 +219,7 @@ void require_something_to_judge(const CheckedLogs& logs, const fs::path& first) 
 }  // namespace
 
 CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options, bool keep_first_run) {
+  using Kind = LogRemark::Kind;
   const Formats formats = formats_of(files, options);
   LogReading reading{options.reading, {}, {}};
   reading.truth = TruthFiles(files, options.truths);
@@ -241,7 +244,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.format = format_text(options, formats);
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
-  logs.remarks = remarks_of(result, false);
+  logs.remarks = remarks_of(result, {Kind::remark});
   if (!result.copies.says.empty()) logs.remarks.push_back(result.copies.says);
   std::ranges::move(result.judged.sentences(), std::back_inserter(logs.remarks));
   judge_collected(
@@ -253,7 +256,10 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
        .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr,
        .run_names = std::move(result.run_names),
        .copies = result.copies.many() ? std::move(result.copies.says) : std::string()},
-      {.said = remarks_of(result, true), .swapped_axes = result.swapped_axes}, logs);
+      {.said = {.misfits = remarks_of(result, {Kind::misfit}),
+                .others = remarks_of(result, {Kind::hint, Kind::mistake})},
+       .swapped_axes = result.swapped_axes},
+      logs);
   logs.analysis.complete = result.complete;
   require_something_to_judge(logs, files.front());
   logs.poses = std::move(result.poses);

@@ -178,16 +178,25 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
   logs.units = unit_factors(calibration);
   if (logs.calibration.unit_count > 0 && judgement.nees.factor.reason.empty())
     logs.calibration.whole.factor = judgement.nees.factor;
+  logs.mistakes = mistakes_told(std::move(mistakes.said), judgement);
   if (judgement.nees.count > 0 && judgement.nees.mean == 0.0)
-    mistakes.said.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
+    logs.mistakes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
   if (mistakes.swapped_axes) {
     leave_swapped_open(judgement);
     logs.calibration = {};
     logs.units = {};
-  } else if (!mistakes.said.empty()) {
+  } else if (!logs.mistakes.empty()) {
     drop_explained_causes(judgement);
   }
-  logs.mistakes = std::move(mistakes.said);
+}
+
+std::vector<std::string> mistakes_told(Said said, const Judgement& judgement) {
+  const auto misfits = [](const BlockVerdict& block) { return is_inconsistent(block.verdict.verdict); };
+  const bool fits =
+      judgement.nees.verdict == Verdict::consistent && std::ranges::none_of(judgement.blocks, misfits);
+  std::vector<std::string> told = fits ? std::vector<std::string>{} : std::move(said.misfits);
+  std::ranges::move(said.others, std::back_inserter(told));
+  return told;
 }
 
 void drop_explained_causes(Judgement& judgement) {

@@ -8,6 +8,7 @@
 
 #include "analysis/calibration/calibration.h"
 #include "analysis/evidence/study_analysis.h"
+#include "datasets/logs/log_sink.h"
 #include "datasets/logs/pose_facts.h"
 #include "datasets/logs/run_errors.h"
 #include "reports/document/document.h"
@@ -60,8 +61,8 @@ struct CheckedLogs {
 
 /// What is wrong with the numbers themselves.
 struct InputMistakes {
-  std::vector<std::string> said{};  ///< CheckedLogs::mistakes
-  bool swapped_axes = false;        ///< that is what they say: runs are steps, and steps are runs
+  Said said{};
+  bool swapped_axes = false;  ///< that is what they say: runs are steps, and steps are runs
 };
 
 /// Judges what was collected of logs: their analysis, calibration and units. Where an error stays as it is
@@ -70,6 +71,11 @@ struct InputMistakes {
 /// mistakes are named, what errors alone tell is no likely cause; of swapped axes nothing is judged.
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      InputMistakes mistakes, CheckedLogs& logs);
+
+/// CheckedLogs::mistakes of what was said: not that errors misfit where NEES of all runs, and of their
+/// blocks, is consistent. What tells of a misfit takes each run for itself, and of errors of which a part
+/// stays over a whole run all but few runs look as if P were too large.
+std::vector<std::string> mistakes_told(Said said, const Judgement& judgement);
 
 /// Where a mistake is named that makes errors misfit, drops the causes and the factor on P that these errors
 /// alone tell.

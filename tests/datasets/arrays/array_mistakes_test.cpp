@@ -45,29 +45,31 @@ class TwoStates {
 
 TEST(ArrayMistakes, StandardDeviationsOnTheDiagonalAreToldAndVariancesAreNot) {
   TwoStates deviations({0.1, 0.2}, {0.1, 0.2});
-  EXPECT_THAT(array_mistakes(deviations.arrays()).said,
+  EXPECT_THAT(array_mistakes(deviations.arrays()).said.misfits,
               ElementsAre(HasSubstr("P holds standard deviations, not variances")));
   TwoStates variances({0.1, 0.2}, {0.01, 0.04});
-  EXPECT_THAT(array_mistakes(variances.arrays()).said, IsEmpty());
+  EXPECT_THAT(array_mistakes(variances.arrays()).said.misfits, IsEmpty());
 }
 
 // A filter that is wrong by a factor is no mistake of who wrote the arrays.
 TEST(ArrayMistakes, AWrongScaleIsNone) {
   TwoStates optimistic({0.1, 0.2}, {0.005, 0.02});
-  EXPECT_THAT(array_mistakes(optimistic.arrays()).said, IsEmpty());
+  const Said said = array_mistakes(optimistic.arrays()).said;
+  EXPECT_THAT(said.misfits, IsEmpty());
+  EXPECT_THAT(said.others, IsEmpty());
 }
 
 TEST(ArrayMistakes, WithoutATruthNothingIsKnown) {
   TwoStates deviations({0.1, 0.2}, {0.1, 0.2});
   deviations.arrays().layout.has_truth = false;
-  EXPECT_THAT(array_mistakes(deviations.arrays()).said, IsEmpty());
+  EXPECT_THAT(array_mistakes(deviations.arrays()).said.misfits, IsEmpty());
 }
 
 TEST(ArrayMistakes, DegreesOfADeclaredAngleAreTold) {
   constexpr double kDegree = 0.017453292519943295;
   TwoStates degrees({0.1, 0.05}, {0.01, 0.0025 / (kDegree * kDegree)});
   degrees.arrays().layout.angles = {false, true};
-  EXPECT_THAT(array_mistakes(degrees.arrays()).said, ElementsAre(HasSubstr("P is in degrees in b")));
+  EXPECT_THAT(array_mistakes(degrees.arrays()).said.misfits, ElementsAre(HasSubstr("P is in degrees in b")));
 }
 
 // Of arrays alone: a list of runs has no second axis to swap.

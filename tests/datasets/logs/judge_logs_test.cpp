@@ -155,7 +155,7 @@ TEST(JudgeLogs, AMistakeOfUnitsIsSeenInTheFilesTogether) {
   EXPECT_NE(told[0].sentence.find("It would fit if P holds standard deviations, not variances"),
             std::string::npos)
       << told[0].sentence;
-  EXPECT_TRUE(told[0].mistake);
+  EXPECT_EQ(told[0].kind, LogRemark::Kind::misfit);
 }
 
 TEST(JudgeLogs, FilesWithOtherStatesAreToldOfOnce) {

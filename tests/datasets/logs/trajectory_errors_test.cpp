@@ -139,6 +139,30 @@ TEST(TrajectoryErrors, TimesInAnotherUnitAreToldWhereTheyWouldMeet) {
   EXPECT_THAT(said(1.0, 2.0), Not(HasSubstr("would meet")));
 }
 
+// Both begin at zero, and meet there alone.
+TEST(TrajectoryErrors, TimesFromZeroInAnotherUnitAreTold) {
+  const auto told = [](double last_s, double last_of_truth, std::int64_t unmatched) {
+    Trajectory truth = each_second({{}, {}, {}});
+    truth.time_s = {0.0, 0.5 * last_of_truth, last_of_truth};
+    testing::RecordedSink sink;
+    tell_unmatched(unmatched, 1000, 0.0, last_s, truth, {}, sink);
+    return sink.said();
+  };
+  EXPECT_THAT(told(100.0, 1e5, 998),
+              HasSubstr("Of 1000 rows 998 have no truth at their time; they would meet were the times of the "
+                        "truth in ms."));
+  EXPECT_THAT(told(1e11, 90.0, 999), HasSubstr("of the estimates in ns"));
+  EXPECT_THAT(told(100.0, 1e5, 900), Not(HasSubstr("would meet"))) << "a tenth has one";
+  EXPECT_THAT(told(100.0, 4e4, 998), Not(HasSubstr("would meet"))) << "a truth of 40 s in ms";
+}
+
+TEST(TrajectoryErrors, NoLogGoesBeyondTheYear5000) {
+  EXPECT_EQ(no_seconds(4.1e9), "");
+  EXPECT_THAT(no_seconds(1.7e12), HasSubstr("perhaps in ms"));
+  EXPECT_THAT(no_seconds(1.7e15), HasSubstr("perhaps in µs"));
+  EXPECT_THAT(no_seconds(1.7e18), HasSubstr("perhaps in ns"));
+}
+
 // Three quarters of the interval would take all but the rows in its middle, or these alone.
 TEST(TrajectoryErrors, ATruthThatIsSlowerThanTheEstimateIsToldWithWhatTakesAllOfIt) {
   const Trajectory truth = each_second({{}, {}, {}});
@@ -151,14 +175,14 @@ TEST(TrajectoryErrors, ATruthThatIsSlowerThanTheEstimateIsToldWithWhatTakesAllOf
   matching.truth_time = TruthTime::nearest;
   EXPECT_THAT(said(), HasSubstr("1 s apart: --max-time-difference 1.1 takes"));
   testing::RecordedSink many, few;
-  tell_unmatched(25, 100, truth, matching, many);
-  tell_unmatched(24, 100, truth, matching, few);
+  tell_unmatched(25, 100, 0.1, 1.9, truth, matching, many);
+  tell_unmatched(24, 100, 0.1, 1.9, truth, matching, few);
   EXPECT_EQ(many.unmatched_rows + few.unmatched_rows, 49);
   EXPECT_THAT(many.said(),
               HasSubstr("25 of 100 rows have no truth at their time; the rows of the truth are 1 s"));
   EXPECT_EQ(few.said(), "");
   matching.max_time_difference_s = 2.0;
-  tell_unmatched(25, 100, truth, matching, few);
+  tell_unmatched(25, 100, 0.1, 1.9, truth, matching, few);
   EXPECT_EQ(few.said(), "") << "its rows are near enough";
 }
 

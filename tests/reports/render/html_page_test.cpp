@@ -66,6 +66,28 @@ TEST(HtmlPage, EveryFigureHasALetterOfItsOwn) {
   for (const char* letter : {"Figure A.", "Figure B."}) EXPECT_EQ(count_of(page, letter), 1) << letter;
 }
 
+// As several studies on a page, of which that which is seen first may be the last.
+TEST(HtmlPage, FiguresOfAFoldedSectionAreCountedByThemselves) {
+  Document document("Studies");
+  document.section("One");
+  document.figure(named_figure("first"));
+  for (const char* study : {"Two", "Three"}) {
+    document.folded_section(study, "", "", false, [&] {
+      document.figure(named_figure(std::string(study) + "a"));
+      document.folded("Details", [&] { document.figure(named_figure(std::string(study) + "b")); });
+      document.figure(named_figure(std::string(study) + "c"));
+    });
+  }
+  document.section("Four");
+  document.figure(named_figure("last"));
+  const Drawing drawing{.svg = "<svg viewBox=\"0 0 600 300\"></svg>", .caption = "Errors."};
+  const std::string page = html_page(document, std::vector(8, drawing), {});
+  std::string letters;
+  for (std::size_t at = page.find("Figure "); at != std::string::npos; at = page.find("Figure ", at + 1))
+    letters += page[at + 7];
+  EXPECT_EQ(letters, "AABCABCB");
+}
+
 TEST(HtmlPage, NeedsNothingFromOutside) {
   Document document("Study");
   document.section("One");

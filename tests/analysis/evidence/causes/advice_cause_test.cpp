@@ -1,5 +1,6 @@
 #include "analysis/evidence/causes/advice_cause.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +12,9 @@
 
 namespace credence::internal {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Of 100 runs of one degree of freedom, whose mean is that of each step: its standard deviation is 0.14.
 ConsistencyVerdict verdict_of_means(const std::vector<double>& means, bool nis) {
@@ -440,6 +444,23 @@ TEST(CauseRules, ColourIsBesideTheNisOfTheSensorThatHasIt) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::coloured_noise});
   findings.whiteness_nis = 0.8;  // 1.5 · ln 0.8 = −0.33
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+}
+
+// Of a filter that considers a bias P and S are right, and its innovations are correlated.
+TEST(CauseRules, WhereErrorsFitColourNeedNotBeWrong) {
+  const auto why = [](double nees, bool wrong_block, double lag_1) {
+    Findings findings = findings_of(nees, 1.0);
+    findings.whiteness = correlated_by(lag_1);
+    findings.not_white = true;
+    findings.any_block_is_wrong = wrong_block;
+    const std::vector<CauseFound> found = find_causes(findings);
+    return found.empty() ? std::string() : found.front().why;
+  };
+  for (const double lag_1 : {0.5, 0.05}) {
+    EXPECT_THAT(why(1.0, false, lag_1), HasSubstr("considers a bias")) << lag_1;
+    EXPECT_THAT(why(1.0, true, lag_1), Not(HasSubstr("considers a bias"))) << lag_1;
+    EXPECT_THAT(why(2.0, false, lag_1), Not(HasSubstr("considers a bias"))) << lag_1;
+  }
 }
 
 // With Q and R both wrong NIS may be of any size, and its mean right.

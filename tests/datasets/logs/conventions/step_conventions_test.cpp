@@ -86,6 +86,29 @@ TEST(StepConventions, NothingIsSaidOfWhatFitsNorOfWhatNoMistakeExplains) {
               IsEmpty());  // too few rows
 }
 
+// Of one state a P of 0.5 where 0.25 is right is twice too large, or a standard deviation: nobody can tell.
+TEST(StepConventions, NoMistakeIsSaidOfAScaleThatIsNotGross) {
+  const auto said_of_one = [](double P) {
+    RunLayout layout;
+    layout.states = {"x"};
+    layout.joint_covariance = true;
+    testing::RecordedSink told;
+    StepConventions sink(told);
+    std::mt19937_64 random(60);
+    std::normal_distribution<double> normal(0.0, P);
+    sink.begin_run(layout);
+    for (int i = 1; i <= 400; ++i) {
+      Step step{.step = i, .states = {0}, .error = Vector::Constant(1, normal(random))};
+      step.P = Matrix::Constant(1, 1, P);
+      sink.add(step);
+    }
+    sink.finish();
+    return told.said();
+  };
+  EXPECT_THAT(said_of_one(0.5), IsEmpty());
+  EXPECT_THAT(said_of_one(0.1), HasSubstr("standard deviations"));
+}
+
 // Errors that are correlated for long pass no test of their mean, in whatever unit.
 TEST(StepConventions, WhatCannotBeTestedIsNotProposed) {
   for (std::uint64_t seed = 40; seed < 50; ++seed) {

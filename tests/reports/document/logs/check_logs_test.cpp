@@ -67,6 +67,26 @@ TEST_F(CheckLogs, TellsTheFactorOfAWrongOne) {
   EXPECT_THAT(folder_.read("out/index.html"), HasSubstr("mine"));
 }
 
+// Half of each error stays over its run, which P rightly holds. Run by run two thirds look as if P were too
+// large, and in many of them it would fit as a standard deviation.
+TEST_F(CheckLogs, ErrorsThatStayInARunAreNoMistakeOfUnits) {
+  std::filesystem::create_directory(folder_ / "considered");
+  std::mt19937 bits(5);
+  std::normal_distribution<double> normal(0.0, 0.5);
+  for (int run = 0; run < 25; ++run) {
+    std::string text = "step,error.x,P.1.1\n";
+    const double bias = normal(bits);
+    for (int k = 1; k <= 300; ++k) text += fmt::format("{},{},0.5\n", k, bias + normal(bits));
+    folder_.write(fmt::format("considered/run{}.csv", run), text);
+  }
+  const std::string logs = (folder_ / "considered").string();
+  const JudgedFilter judged = check_logs({&logs, 1});
+  EXPECT_EQ(judged.verdict(), Verdict::consistent) << judged.text();
+  EXPECT_THAT(judged.text(), Not(HasSubstr("does not fit as it is read")));
+  EXPECT_LT(judged.factor().lower, 1.0);
+  EXPECT_GT(judged.factor().upper, 1.0);
+}
+
 // Of standard deviations σ² taken for variances: a wrong scale is what is seen, and not what is wrong.
 TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledAWrongScaleBesides) {
   const auto of = [&](double written) {
