@@ -26,8 +26,8 @@ function(credence_optimised_little target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# credence_optimised_enough(target): what clang does beyond -O2 took a fifth of the compilation of the libraries that
-# compute, and changed no time of a study by more than 2 %; that of numbers read from a CSV it did, by 5 to 11 %.
+# credence_optimised_enough(target): what clang does beyond -O2 took a tenth to a quarter of the compilation of the libraries
+# that compute, and changed no time of a study by more than 2 %; that of numbers read from a CSV it did, by 5 to 11 %.
 function(credence_optimised_enough target)
   target_compile_options(${target} PRIVATE $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:Clang>>:-O2>)
 endfunction()

@@ -282,7 +282,7 @@ Causes find_wrong_gain(const Findings& findings) {
                        shape.gain > 0   ? "too small, Q over R should be larger"
                        : shape.gain < 0 ? "too large, Q over R should be smaller"
                                         : "wrong, or the noise is correlated in time",
-                       where_P_fits(findings))}};
+                       where_covariance_fits(findings))}};
 }
 
 Causes find_noise_beside_bias(const Findings& findings) {

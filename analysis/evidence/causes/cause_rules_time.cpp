@@ -183,7 +183,7 @@ Causes find_coloured_noise(const Findings& findings) {
                    "{} is expected; if the noise is white, Q and R are both wrong and the gain is too {}{}",
                    number_text(lag_1, 2), number_text(findings.nis.expected * (1.0 + shape.excess), 3),
                    number_text(findings.nis.expected, 3), lag_1 > 0.0 ? "small" : "large",
-                   where_P_fits(findings))}};
+                   where_covariance_fits(findings))}};
 }
 
 }  // namespace credence::internal

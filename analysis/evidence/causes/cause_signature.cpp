@@ -187,7 +187,7 @@ double lag_1_outside(const Findings& findings) {
   return std::abs(shape.lag_1) > shape.lag_1_band ? shape.lag_1 : 0.0;
 }
 
-std::string_view where_P_fits(const Findings& findings) {
+std::string_view where_covariance_fits(const Findings& findings) {
   if (!errors_fit(findings) || is_inconsistent(findings.nis.verdict)) return "";
   return "; NEES is consistent: if the filter considers a bias, or has another gain on purpose, nothing is "
          "wrong";

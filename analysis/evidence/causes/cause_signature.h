@@ -104,7 +104,7 @@ InnovationShape innovation_shape(const Findings& findings);
 std::string_view where_errors_fit(const Findings& findings);
 
 /// Where innovations are not white and NEES is consistent, which filters are right all the same; else empty.
-std::string_view where_P_fits(const Findings& findings);
+std::string_view where_covariance_fits(const Findings& findings);
 
 /// The lag-1 autocorrelation if it lies outside its band, else 0.
 double lag_1_outside(const Findings& findings);
