@@ -140,6 +140,11 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 std::vector<std::string> CheckedLogs::advice() const {
   std::vector<std::string> all = mistakes;
   std::ranges::move(advice_sentences(analysis.judgement), std::back_inserter(all));
+  if (analysis.judgement.word.verdict == Verdict::pessimistic && analysis.evidence.study.runs == 1) {
+    all.emplace_back(
+        "One run cannot tell a covariance that is too large from one that rightly holds an error which stays "
+        "over a run, and happens to be small in this one: further runs can.");
+  }
   return all;
 }
 

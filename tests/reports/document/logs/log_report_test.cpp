@@ -183,6 +183,19 @@ TEST(LogReport, AMistakeOfTheLogIsTheFirstThingToDo) {
             nlohmann::json::array({"the truth is in another unit", "half of it was cut off"}));
 }
 
+TEST(CheckedLogs, OfOneRunThatIsPessimisticItIsSaidWhatItCannotTell) {
+  CheckedLogs logs;
+  const auto last = [&](Verdict verdict, std::int64_t runs) {
+    logs.analysis.judgement.word.verdict = verdict;
+    logs.analysis.evidence.study.runs = runs;
+    return logs.advice().back();
+  };
+  const auto told = HasSubstr("an error which stays over a run");
+  EXPECT_THAT(last(Verdict::pessimistic, 1), told);
+  EXPECT_THAT(last(Verdict::pessimistic, 2), Not(told));
+  EXPECT_THAT(last(Verdict::optimistic, 1), Not(told));
+}
+
 TEST(CheckedLogs, RemarksEndWithWhatTheLayoutMisses) {
   CheckedLogs logs;
   logs.remarks = {"half of it was cut off"};
