@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -181,6 +182,22 @@ TEST(LogReport, AMistakeOfTheLogIsTheFirstThingToDo) {
   EXPECT_THAT(notes, Not(Contains("the truth is in another unit")));
   EXPECT_EQ(nlohmann::json::parse(document.json())["remarks"],
             nlohmann::json::array({"the truth is in another unit", "half of it was cut off"}));
+}
+
+TEST(LogReport, AMisfitIsToldWhereSomeErrorsOfAllRunsMisfit) {
+  const auto told = [](Verdict nees, Verdict block) {
+    Judgement judgement;
+    judgement.nees.verdict = nees;
+    judgement.blocks.resize(2);
+    judgement.blocks[0].verdict.verdict = Verdict::consistent;
+    judgement.blocks[1].verdict.verdict = block;
+    return mistakes_told({.misfits = {"standard deviations"}, .others = {"the unit of time"}}, judgement);
+  };
+  EXPECT_THAT(told(Verdict::consistent, Verdict::consistent), ElementsAre("the unit of time"));
+  for (const auto& [nees, block] : {std::pair(Verdict::consistent, Verdict::pessimistic),
+                                    std::pair(Verdict::optimistic, Verdict::consistent),
+                                    std::pair(Verdict::undecided, Verdict::undecided)})
+    EXPECT_THAT(told(nees, block), ElementsAre("standard deviations", "the unit of time"));
 }
 
 TEST(CheckedLogs, OfOneRunThatIsPessimisticItIsSaidWhatItCannotTell) {
