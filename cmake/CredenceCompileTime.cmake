@@ -26,12 +26,6 @@ function(credence_optimised_little target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# credence_optimised_enough(target): what clang does beyond -O2 took a tenth to a quarter of the compilation of the libraries
-# that compute, and made no study faster by more than 2 %; the numbers of a CSV it does read faster, by 5 to 11 %.
-function(credence_optimised_enough target)
-  target_compile_options(${target} PRIVATE $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:Clang>>:-O2>)
-endfunction()
-
 # credence_precompiled(library ...): cmake/precompiled/library.h, compiled with the flags of the named libraries.
 function(credence_precompiled header)
   set(target credence_precompiled_${header})
