@@ -323,8 +323,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.error_mean_runs = j.law.error_mean.test.count;
   findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
   findings.block = j.responsible;
-  findings.any_block_is_wrong = std::ranges::any_of(
-      j.blocks, [](const BlockVerdict& block) { return is_inconsistent(block.verdict.verdict); });
+  findings.any_block_is_wrong = any_block_is_wrong(j);
   findings.claimed_sigma = j.claimed_sigma;
   findings.lost = j.lost;
   findings.error_correlation = test_claimed_uncorrelated(e, j);

@@ -185,4 +185,9 @@ bool speaks(const Judgement& j, std::string_view name) {
   return test != j.tests.end() && test->adjusted <= 1.0 - j.confidence;
 }
 
+bool any_block_is_wrong(const Judgement& j) {
+  return std::ranges::any_of(
+      j.blocks, [](const BlockVerdict& block) { return is_inconsistent(block.verdict.verdict); });
+}
+
 }  // namespace credence::internal

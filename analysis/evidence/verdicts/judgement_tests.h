@@ -44,4 +44,7 @@ std::vector<NamedTest> list_tests(const Evidence& evidence, const Judgement& jud
 /// would be a guess.
 bool speaks(const Judgement& judged, std::string_view name);
 
+/// Whether NEES of one of the blocks does, each by itself.
+bool any_block_is_wrong(const Judgement& judged);
+
 }  // namespace credence::internal

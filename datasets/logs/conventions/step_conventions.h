@@ -10,7 +10,8 @@ namespace credence::internal {
 /// Hands everything on, and looks whether errors that do not fit their covariance would fit with a mistake of
 /// units undone: standard deviations for variances, an information matrix, degrees among radians in one angle
 /// or in all of them; else whether P is written in another order than the states, part by part, or truth and
-/// estimate do not fit together (truth_readings.h). Nothing where one factor on P below four is enough.
+/// estimate do not fit together (truth_readings.h). Nothing where one factor on P between 1/4 and 4 is
+/// enough.
 ///
 /// For logs of any states; poses are looked at by ConventionCheck. Keeps at most 4096 of the steps at which
 /// all states are there, evenly spread; looks at nothing with more than 24 states.

@@ -108,8 +108,8 @@ std::string form_of(std::string_view sentence) {
   return form;
 }
 
-/// The sentences of several files that are of these kinds, the first of those that differ
-/// by their numbers alone; with the name of its file, where there are others of which it is not true.
+/// The sentences of several files that are of these kinds, the first of those that differ by their numbers
+/// alone; with the name of its file, where there are others of which it is not true.
 std::vector<std::string> remarks_of(const LogJudgeResult& result,
                                     std::initializer_list<LogRemark::Kind> kinds) {
   struct Told {

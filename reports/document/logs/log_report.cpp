@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "analysis/evidence/verdicts/judgement_settling.h"
+#include "analysis/evidence/verdicts/judgement_tests.h"
 #include "analysis/evidence/verdicts/judgement_word.h"
 #include "core/append_item.h"
 #include "core/number_text.h"
@@ -196,9 +197,7 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
 }
 
 std::vector<std::string> mistakes_told(Said said, const Judgement& judgement) {
-  const auto misfits = [](const BlockVerdict& block) { return is_inconsistent(block.verdict.verdict); };
-  const bool fits =
-      judgement.nees.verdict == Verdict::consistent && std::ranges::none_of(judgement.blocks, misfits);
+  const bool fits = judgement.nees.verdict == Verdict::consistent && !any_block_is_wrong(judgement);
   std::vector<std::string> told = fits ? std::vector<std::string>{} : std::move(said.misfits);
   std::ranges::move(said.others, std::back_inserter(told));
   return told;
