@@ -8,6 +8,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/this_command.h"
+#include "core/append_item.h"
 #include "reports/document/report_index.h"
 #include "reports/render/utf8_text.h"
 
@@ -20,7 +21,7 @@ void add_index_command(CLI::App& app) {
   command->footer("Examples:\n  credence run planar_loop --out out/loop && credence index out");
   command->callback([folder] {
     const std::size_t reports = write_report_index(*folder, make_provenance(this_command()));
-    fmt::print("{} report{}: {}\n", reports, reports == 1 ? "" : "s",
+    fmt::print("{}: {}\n", counted(reports, "report"),
                printable_line((std::filesystem::path(*folder) / "reports.html").string()));
     throw ExitStatus{kDone};
   });

@@ -263,6 +263,7 @@ py::array_t<double> normals(const NoiseSource& source, std::int64_t first_run, s
                             std::int64_t step, NoisePurpose purpose, std::int64_t slots,
                             std::int64_t first_slot) {
   py::array_t<double> result({runs, slots});
+  if (slots == 0) return result;  // no place that mutable_data could point to
   const auto n = static_cast<std::size_t>(slots);
   for (std::int64_t run = 0; run < runs; ++run) {
     source.normals(first_run + run, step, purpose, std::span(result.mutable_data(run, 0), n), first_slot);
@@ -275,6 +276,7 @@ py::array_t<double> normals_of_four_steps(const NoiseSource& source, std::int64_
                                           std::int64_t runs, std::int64_t first_step, NoisePurpose purpose,
                                           std::int64_t slots) {
   py::array_t<double> result({std::int64_t{4}, runs, slots});
+  if (slots == 0) return result;
   std::vector<double> four(static_cast<std::size_t>(4 * slots));
   for (std::int64_t run = 0; run < runs; ++run) {
     source.normals_of_four_steps(first_run + run, first_step, purpose, slots, four);

@@ -23,9 +23,7 @@ Vector logarithms(std::span<const double> values) {
 
 }  // namespace
 
-double PowerLaw::at(double x) const { return factor * std::pow(x, exponent); }
-
-PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y, double confidence) {
+PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y) {
   if (x.size() != y.size() || x.size() < 2) {
     throw std::invalid_argument("a power law needs two points at least");
   }
@@ -35,12 +33,11 @@ PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y, dou
   if (!(spread > 0.0)) throw std::invalid_argument("a power law needs two different x");
   PowerLaw law;
   law.exponent = dx.dot(dy) / spread;
-  law.factor = std::exp(log_y.mean() - law.exponent * log_x.mean());
   law.lower = law.upper = kNaN;
   const double dof = static_cast<double>(x.size()) - 2.0;
   if (dof > 0.0) {
     const double error = std::sqrt((dy - law.exponent * dx).squaredNorm() / dof / spread);
-    const double t = quantile(boost::math::students_t(dof), 0.5 + 0.5 * confidence);
+    const double t = quantile(boost::math::students_t(dof), 0.975);
     law.lower = law.exponent - t * error;
     law.upper = law.exponent + t * error;
   }

@@ -88,11 +88,8 @@ MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Mat
   MeasuredBoundedness measured;
   measured.bounded = !growth.grows();
   measured.growth_exponent = growth.exponent();
-  measured.increment_exponent = growth.increment_exponent();
   measured.trace_per_step = growth.trace_per_step();
-  measured.exponential = growth.overflowed;
   measured.steps = growth.steps();
-  measured.traces = growth.traces;
   return measured;
 }
 

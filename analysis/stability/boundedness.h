@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string_view>
-#include <vector>
 
 #include "analysis/stability/ranks.h"
 #include "analysis/stability/riccati_doubling.h"
@@ -87,12 +86,9 @@ ExactBoundedness exact_boundedness(const AccumulatedNoise& noise, const Observab
 /// How P grew, by doubling.
 struct MeasuredBoundedness {
   bool bounded = false;
-  double growth_exponent = 0.0;     ///< g: 0 bounded, 1 linear (F = I); larger with unobserved drift
-  double increment_exponent = 0.0;  ///< h: 1 for linear growth that is still small beside the rest of P
-  double trace_per_step = 0.0;      ///< growth of tr P per step over the last doubling
-  bool exponential = false;         ///< P left 1e100: growth faster than any power
-  double steps = 0.0;               ///< that were followed; fewer than asked for where rounding began to show
-  std::vector<double> traces;       ///< tr P after 2^k steps
+  double growth_exponent = 0.0;  ///< g: 0 bounded, 1 linear (F = I); larger with unobserved drift
+  double trace_per_step = 0.0;   ///< growth of tr P per step over the last doubling
+  double steps = 0.0;            ///< that were followed; fewer than asked for where rounding began to show
 };
 
 /// Follows P from P0 through up to 2²¹ steps: bounded unless `RiccatiGrowth::grows`.

@@ -24,7 +24,6 @@ class InvariantSubspaces {
   explicit InvariantSubspaces(MatrixRef F);
 
   bool ok() const { return ok_; }
-  const Eigen::VectorXcd& eigenvalues() const { return eigenvalues_; }
   Index count(UnitCircle where) const;
 
   /// Orthonormal real basis X, n×count, of the invariant subspace F X = X Λ that belongs to all eigenvalues

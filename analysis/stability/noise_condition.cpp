@@ -11,8 +11,8 @@ namespace credence::internal {
 namespace {
 
 /// C with Q_t = C Cᵀ, as many columns as its rank, which may be 0.
-Matrix range_root(const Matrix& Qt, double psd_tolerance) {
-  Matrix range = psd_range(Qt, psd_tolerance);
+Matrix range_root(const Matrix& Qt) {
+  Matrix range = psd_range(Qt);
   if (range.cols() == 0) return range;
   return range * psd_root(range.transpose() * Qt * range);
 }
@@ -31,18 +31,17 @@ namespace credence {
 
 using namespace internal;
 
-NoiseCondition noise_condition(const RiccatiProblem& problem, MatrixRef P0, double psd_tolerance,
-                               double tolerance) {
+NoiseCondition noise_condition(const RiccatiProblem& problem, MatrixRef P0) {
   require_valid(problem, P0);
   const Index n = problem.state_dim();
   if (!problem.F.isIdentity(0.0)) {
     throw std::invalid_argument("the noise condition is about states that stand still: F must be I");
   }
   NoiseCondition result;
-  result.noise = psd_rank(problem.Qt, psd_tolerance);
-  const Matrix C = range_root(problem.Qt, psd_tolerance), H = whitened_observation(problem);
+  result.noise = psd_rank(problem.Qt);
+  const Matrix C = range_root(problem.Qt), H = whitened_observation(problem);
   const DenseSvd svd = dense_svd(H * C, SvdVectors::full_right);
-  result.seen = decide_rank(svd.s, tolerance);
+  result.seen = decide_rank(svd.s);
 
   // H C = U diag(s) Vᵀ: M = C (H C)⁺, and S = C N Nᵀ Cᵀ with N the columns of V that are not seen.
   const Index seen = result.seen.rank;

@@ -34,10 +34,9 @@ struct NoiseCondition {
 
 /// The condition for `problem`, whose F must be the identity, with P = P0 at the beginning.
 ///
-/// Ranks are decided with `psd_tolerance` for Q_t, which the range below it is left out of, and with
-/// `tolerance` for H on that range. Throws std::invalid_argument for an F that is not the identity and for
+/// Ranks are decided with kPsdRankTolerance for Q_t, which the range below it is left out of, and with
+/// kRankTolerance for H on that range. Throws std::invalid_argument for an F that is not the identity and for
 /// what `require_valid` refuses. O(n³).
-NoiseCondition noise_condition(const internal::RiccatiProblem& problem, MatrixRef P0,
-                               double psd_tolerance = kPsdRankTolerance, double tolerance = kRankTolerance);
+NoiseCondition noise_condition(const internal::RiccatiProblem& problem, MatrixRef P0);
 
 }  // namespace credence

@@ -29,8 +29,6 @@ Matrix ObservabilityStack::rows() {
   return stack_.topRows(rows_);
 }
 
-RankDecision ObservabilityStack::rank(double tolerance) {
-  return decide_rank(dense_svd(rows()).s, tolerance);
-}
+RankDecision ObservabilityStack::rank() { return decide_rank(dense_svd(rows()).s); }
 
 }  // namespace credence::internal

@@ -15,7 +15,7 @@ class ObservabilityStack {
   Matrix rows();
 
   /// The rank; the directions that no row tells are n less this.
-  RankDecision rank(double tolerance = kRankTolerance);
+  RankDecision rank();
 
  private:
   void reduce();

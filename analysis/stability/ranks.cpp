@@ -89,12 +89,12 @@ struct Staircase {
   bool doubtful = false;                                  ///< something was kept that may be error alone
 };
 
-void append_new_directions(const Matrix& block, double tolerance, Staircase& stairs, Matrix& fresh) {
+void append_new_directions(const Matrix& block, Staircase& stairs, Matrix& fresh) {
   const DenseSvd svd = dense_svd(block, SvdVectors::left);
   const Vector& values = svd.s;
   Index count = 0;
   for (Index i = 0; i < values.size(); ++i) {
-    if (values[i] > tolerance) {
+    if (values[i] > kRankTolerance) {
       ++count;
       stairs.kept.push_back(values[i]);
     } else {
@@ -103,7 +103,7 @@ void append_new_directions(const Matrix& block, double tolerance, Staircase& sta
   }
   count = std::min(count, block.rows() - stairs.basis.cols());
   if (count > 0) {
-    stairs.doubtful = stairs.doubtful || stairs.error > 0.1 * tolerance;
+    stairs.doubtful = stairs.doubtful || stairs.error > 0.1 * kRankTolerance;
     stairs.error = std::min(1.0, stairs.error / std::min(1.0, values[count - 1]));
   }
   fresh = svd.U.leftCols(count);
@@ -112,19 +112,19 @@ void append_new_directions(const Matrix& block, double tolerance, Staircase& sta
   stairs.basis.rightCols(count) = fresh;
 }
 
-Staircase climb(const Matrix& F, const Matrix& B, double tolerance) {
+Staircase climb(const Matrix& F, const Matrix& B) {
   const Index n = F.rows();
   Staircase stairs;
   stairs.basis.resize(n, 0);
   if (B.cols() == 0) return stairs;
   Matrix fresh;
-  append_new_directions(B, tolerance, stairs, fresh);
+  append_new_directions(B, stairs, fresh);
   while (fresh.cols() > 0 && stairs.basis.cols() < n) {
     Matrix block = F * fresh;
     for (int twice = 0; twice < 2; ++twice) {  // once leaves rounding of the size of what was removed
       block -= stairs.basis * (stairs.basis.transpose() * block).eval();
     }
-    append_new_directions(block, tolerance, stairs, fresh);
+    append_new_directions(block, stairs, fresh);
   }
   return stairs;
 }
@@ -195,13 +195,13 @@ Matrix without_undriven_modes(const Matrix& F, const Matrix& B, std::vector<doub
 
 /// Climbs; where errors may have grown to the size of a stair, without the modes that are found to be
 /// undriven one by one; of more states than can be examined so the doubt stays.
-Staircase climb_with_care(const Matrix& F, const Matrix& B, double tolerance) {
-  Staircase stairs = climb(F, B, tolerance);
+Staircase climb_with_care(const Matrix& F, const Matrix& B) {
+  Staircase stairs = climb(F, B);
   if (!stairs.doubtful || F.rows() > kMostExaminedStates) return stairs;
   std::vector<double> left_out;
   const Matrix rest = without_undriven_modes(F, B, left_out);
   if (rest.cols() < F.rows()) {
-    stairs = climb(rest.transpose() * F * rest, rest.transpose() * B, tolerance);
+    stairs = climb(rest.transpose() * F * rest, rest.transpose() * B);
     stairs.basis = (rest * stairs.basis).eval();
     stairs.left_out.insert(stairs.left_out.end(), left_out.begin(), left_out.end());
   }
@@ -210,12 +210,12 @@ Staircase climb_with_care(const Matrix& F, const Matrix& B, double tolerance) {
 }
 
 /// Scale, climb, and take the directions back to the caller's coordinates.
-Controllability staircase_controllability(MatrixRef F, MatrixRef B, double tolerance) {
+Controllability staircase_controllability(MatrixRef F, MatrixRef B) {
   const Index n = F.rows();
   const Vector d = bounded_scales(typical_sizes(scaled_to_norm_one(F), unit_columns(B)));
   const Matrix F_scaled = scaled_to_norm_one(d.cwiseInverse().asDiagonal() * F * d.asDiagonal());
   const Matrix B_scaled = unit_columns(d.cwiseInverse().asDiagonal() * B);
-  const Staircase stairs = climb_with_care(F_scaled, B_scaled, tolerance);
+  const Staircase stairs = climb_with_care(F_scaled, B_scaled);
 
   Controllability result;
   result.decision = decision_of(stairs);
@@ -343,40 +343,39 @@ Matrix psd_null_space(MatrixRef M, double tolerance) {
   return full_orthogonal(range).rightCols(M.rows() - range.cols());
 }
 
-Controllability controllability(MatrixRef F, MatrixRef B, double tolerance) {
+Controllability controllability(MatrixRef F, MatrixRef B) {
   require_square("F", F);
   require_finite("B", B);
   if (B.rows() != F.rows()) {
     throw std::invalid_argument(fmt::format("B has {} rows and F has {}", B.rows(), F.rows()));
   }
-  return staircase_controllability(F, B, tolerance);
+  return staircase_controllability(F, B);
 }
 
-Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q, double tolerance) {
+Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q) {
   require_square("Q", Q);
   if (G.cols() != Q.rows()) {
     throw std::invalid_argument(fmt::format("G has {} columns and Q has {} rows", G.cols(), Q.rows()));
   }
-  if (Q.rows() == 0) return controllability(F, G, tolerance);
+  if (Q.rows() == 0) return controllability(F, G);
   const ScaledEigen eigen = scaled_eigen(Q);
   const Vector root =
-      (eigen.values.array() > tolerance * eigen.values.maxCoeff()).select(eigen.values.cwiseSqrt(), 0.0);
+      (eigen.values.array() > kRankTolerance * eigen.values.maxCoeff()).select(eigen.values.cwiseSqrt(), 0.0);
   const Matrix Q_root = eigen.d.cwiseInverse().asDiagonal() * eigen.vectors * root.asDiagonal();
-  return controllability(F, G * Q_root, tolerance);
+  return controllability(F, G * Q_root);
 }
 
-ObservabilityAnalysis observability(MatrixRef F, MatrixRef H, double tolerance) {
+ObservabilityAnalysis observability(MatrixRef F, MatrixRef H) {
   require_square("F", F);
   require_finite("H", H);
   if (H.cols() != F.rows()) {
     throw std::invalid_argument(fmt::format("H has {} columns and F has {} rows", H.cols(), F.rows()));
   }
-  Controllability dual = staircase_controllability(F.transpose(), H.transpose(), tolerance);
+  Controllability dual = staircase_controllability(F.transpose(), H.transpose());
   return {std::move(dual.decision), std::move(dual.uncontrollable)};
 }
 
-ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H,
-                                          double tolerance) {
+ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H) {
   require_trajectory(F, H);
   const Index n = H.front().cols();
   Matrix stack = stacked_observations(F, H);
@@ -387,10 +386,10 @@ ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<c
   Matrix null = Matrix::Identity(n, n);
   if (stack.rows() > 0) {
     const DenseSvd svd = dense_svd(stack, SvdVectors::full_right);
-    result.decision = decide_rank(svd.s, tolerance);
+    result.decision = decide_rank(svd.s);
     null = svd.V.rightCols(n - result.decision.rank);
   } else {
-    result.decision = decide_rank(Vector(), tolerance);
+    result.decision = decide_rank(Vector());
   }
   result.unobservable = Matrix(n, 0);
   if (null.cols() > 0) {

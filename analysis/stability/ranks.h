@@ -56,10 +56,10 @@ struct Controllability {
 
 /// Controllability of the noise that enters through B: B = G Q^{1/2} or any matrix of the same range, such
 /// as Q_t itself (theory, section 3). O(n³).
-Controllability controllability(MatrixRef F, MatrixRef B, double tolerance = kRankTolerance);
+Controllability controllability(MatrixRef F, MatrixRef B);
 
 /// The same for B = G Q^{1/2}, Q symmetric positive semidefinite.
-Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q, double tolerance = kRankTolerance);
+Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q);
 
 /// The observable part of (F, H).
 struct ObservabilityAnalysis {
@@ -68,14 +68,13 @@ struct ObservabilityAnalysis {
 };
 
 /// Observability of a time-invariant linear model. O(n³).
-ObservabilityAnalysis observability(MatrixRef F, MatrixRef H, double tolerance = kRankTolerance);
+ObservabilityAnalysis observability(MatrixRef F, MatrixRef H);
 
 /// Local observability along a trajectory: the null space of the stack of H_k Φ_k, Φ_0 = I,
 /// Φ_{k+1} = F_k Φ_k (theory, section 5, planar table).
 ///
 /// `H` may have one entry more than `F` or as many; a step that saw nothing has an H_k of no rows. The
 /// unobservable directions are those of the state at k = 0; Φ_k d at step k. O(steps · n³).
-ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H,
-                                          double tolerance = kRankTolerance);
+ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H);
 
 }  // namespace credence

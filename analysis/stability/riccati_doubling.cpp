@@ -329,10 +329,7 @@ RiccatiGrowth riccati_growth(const RiccatiProblem& problem, const Matrix& P0, in
       growth.overflowed = true;
       break;
     }
-    if (other && !((other->after(P0) - P).norm() <= kVisibleRounding * P.norm())) {
-      growth.rounded = true;
-      break;
-    }
+    if (other && !((other->after(P0) - P).norm() <= kVisibleRounding * P.norm())) break;
     growth.P_before = std::move(growth.P);
     growth.P = P;
     growth.traces.push_back(P.trace());

@@ -94,11 +94,11 @@ class RiccatiMap {
 
 /// tr P_{2^k} for k = 0, 1, …, from P0.
 struct RiccatiGrowth {
-  std::vector<double> traces;  ///< of P after 2^k steps; ends early when the next would not be finite
-  bool overflowed = false;     ///< the covariance left 1e100, or the range of double
-  bool rounded = false;        ///< ended early because rounding began to show
-  Matrix P;                    ///< after 2^(traces.size() − 1) steps
-  Matrix P_before;             ///< after half as many
+  /// Of P after 2^k steps; ends early when the next would not be finite, or where rounding began to show.
+  std::vector<double> traces;
+  bool overflowed = false;  ///< the covariance left 1e100, or the range of double
+  Matrix P;                 ///< after 2^(traces.size() − 1) steps
+  Matrix P_before;          ///< after half as many
 
   /// The number of steps that P stands for.
   double steps() const;

@@ -14,6 +14,7 @@ namespace credence::internal {
 namespace {
 
 constexpr int kListedComponents = 4;
+constexpr double kLargestSine = 1e-6;  // of a symmetry to the space
 
 bool is_line(const BlockLayout& layout) { return layout.vehicle == 1 && layout.landmark == 1; }
 bool is_plane(const BlockLayout& layout) { return layout.vehicle == 3 && layout.landmark == 2; }
@@ -78,14 +79,12 @@ class Remainder {
  public:
   explicit Remainder(const Matrix& basis) : space_(basis), left_(basis) {}
 
-  bool contains(const Vector& unit, double tolerance) const {
-    return (unit - space_ * (space_.transpose() * unit)).norm() <= tolerance;
+  bool contains(const Vector& unit) const {
+    return (unit - space_ * (space_.transpose() * unit)).norm() <= kLargestSine;
   }
 
   /// The direction is not spanned by those named before.
-  bool is_new(const Vector& unit, double tolerance) const {
-    return (left_.transpose() * unit).norm() > tolerance;
-  }
+  bool is_new(const Vector& unit) const { return (left_.transpose() * unit).norm() > kLargestSine; }
 
   void remove(const Vector& unit) {
     const Vector along = left_.transpose() * unit;
@@ -116,7 +115,7 @@ std::string name_of_motion(const Vector& point, const Vector& unit) {
 }
 
 /// Combinations of planar symmetries that lie in what is left.
-void name_combinations(const BlockLayout& layout, const Vector& point, double tolerance, Remainder& remainder,
+void name_combinations(const BlockLayout& layout, const Vector& point, Remainder& remainder,
                        std::vector<NamedDirection>& names) {
   Matrix motions(layout.state_dim(), point.size() == 0 ? 2 : 3);
   motions.col(0) = translation(layout, 0);
@@ -126,7 +125,7 @@ void name_combinations(const BlockLayout& layout, const Vector& point, double to
   while (remainder.left().cols() > 0) {
     const DenseSvd common = dense_svd(basis.transpose() * remainder.left(), SvdVectors::right);
     const Vector unit = remainder.left() * common.V.col(0);
-    if ((unit - basis * (basis.transpose() * unit)).norm() > tolerance) return;
+    if ((unit - basis * (basis.transpose() * unit)).norm() > kLargestSine) return;
     names.push_back({name_of_motion(point, unit), unit});
     remainder.remove(unit);
   }
@@ -150,19 +149,18 @@ std::string list_components(const Vector& unit, const std::vector<std::string>& 
 }  // namespace
 
 std::vector<NamedDirection> name_unobservable(const Matrix& unobservable, const BlockLayout& layout,
-                                              const Vector& linearisation_point, const Matrix& anchors,
-                                              double tolerance) {
+                                              const Vector& linearisation_point, const Matrix& anchors) {
   require_sizes(unobservable, layout, linearisation_point, anchors);
   std::vector<NamedDirection> names;
   Remainder remainder(unobservable);
   for (NamedDirection& candidate : candidates(layout, linearisation_point, anchors)) {
     candidate.direction.normalize();
-    if (!remainder.contains(candidate.direction, tolerance)) continue;
-    if (!remainder.is_new(candidate.direction, tolerance)) continue;
+    if (!remainder.contains(candidate.direction)) continue;
+    if (!remainder.is_new(candidate.direction)) continue;
     remainder.remove(candidate.direction);
     names.push_back(std::move(candidate));
   }
-  if (is_plane(layout)) name_combinations(layout, linearisation_point, tolerance, remainder, names);
+  if (is_plane(layout)) name_combinations(layout, linearisation_point, remainder, names);
   for (NamedDirection& listed : name_unobservable(remainder.left(), state_names(layout))) {
     names.push_back(std::move(listed));
   }

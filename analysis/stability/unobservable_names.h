@@ -29,10 +29,10 @@ struct NamedDirection {
 /// plane is a layout with vehicle = 3 and landmark = 2; its rotations need the state `linearisation_point`
 /// (metres, rad) at which the directions hold, n×1, and are not looked for if it is empty. `anchors` is 2×a.
 /// Returns k names whose directions span the same space, symmetries first; a symmetry counts when its sine to
-/// the space is below `tolerance`. Throws std::invalid_argument for sizes that do not match.
+/// the space is below 1e-6. Throws std::invalid_argument for sizes that do not match.
 std::vector<NamedDirection> name_unobservable(const Matrix& unobservable, const BlockLayout& layout,
                                               const Vector& linearisation_point = Vector(),
-                                              const Matrix& anchors = Matrix(), double tolerance = 1e-6);
+                                              const Matrix& anchors = Matrix());
 
 /// The listings of the largest components of directions of a state without known symmetries, by the names of
 /// its states. Throws std::invalid_argument for names that are not as many as the directions have rows.

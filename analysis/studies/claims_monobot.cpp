@@ -104,7 +104,7 @@ Claim controllability_rank() {
     const LinearModel model = monobot(landmarks);
     const Index rank = controllability(model.F, model.G, model.Q).decision.rank;
     all_one = all_one && rank == 1;
-    append_item(ranks, fmt::format("{} landmark{}: {}", landmarks, landmarks == 1 ? "" : "s", rank));
+    append_item(ranks, fmt::format("{}: {}", counted(landmarks, "landmark"), rank));
   }
   return {.id = "controllability-rank",
           .source = "section 4",

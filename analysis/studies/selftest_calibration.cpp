@@ -13,6 +13,7 @@
 #include "analysis/studies/selftest_families.h"
 #include "analysis/studies/selftest_study.h"
 #include "analysis/studies/selftest_tests.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -117,9 +118,8 @@ void calibrate_word(const SelftestOptions& options, SelftestWorkers& workers, Se
         p_values);
     for (const double level : kLevels) {
       const auto alarms = std::ranges::count_if(p_values, [&](double p) { return is_alarm(p, level); });
-      result.calibration.push_back(
-          {fmt::format("the word, {} run{}{}", size.runs, size.runs == 1 ? "" : "s", size.of),
-           Exactness::conservative, level, share_of(alarms, studies)});
+      result.calibration.push_back({fmt::format("the word, {}{}", counted(size.runs, "run"), size.of),
+                                    Exactness::conservative, level, share_of(alarms, studies)});
     }
   }
 }

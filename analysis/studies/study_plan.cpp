@@ -125,7 +125,7 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
     transitions.emplace_back((Matrix::Identity(step.P.rows(), step.P.rows()) - step.K * model.H) * model.F);
     covariances.push_back(step.P);
   }
-  return linear_nees_time_law(transitions, covariances).effective_steps;
+  return linear_effective_steps(transitions, covariances);
 }
 
 // T_eff of runs played alone, of those that end well.

@@ -31,7 +31,7 @@ ScoreProfile score_profile(const ScoreModel& model, const Tuning& tuning, Index 
   // The others follow along the regression on this one.
   const Vector slope = e.covariance.col(at) / e.covariance(at, at);
   const SearchBox box{tuning.phi.array() - 20.0, tuning.phi.array() + 20.0};
-  ScoreProfile profile{.coordinate = coordinate, .phi = {}, .drop = {}};
+  ScoreProfile profile;
   for (const double shift : evenly(-reach * deviation, reach * deviation, points)) {
     Vector start = tuning.phi;
     for (std::size_t i = 0; i < e.free.size(); ++i) start[e.free[i]] += shift * slope[static_cast<Index>(i)];

@@ -11,7 +11,6 @@ namespace credence::internal {
 
 /// The profile of one coordinate: the score with it held and the others sought again.
 struct ScoreProfile {
-  Index coordinate = 0;
   std::vector<double> phi;
   std::vector<double> drop;  ///< of the sum below its maximum, ≥ 0; NaN where there are no scores
 };

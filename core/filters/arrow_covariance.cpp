@@ -4,7 +4,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 
 namespace credence::internal {
@@ -181,10 +180,7 @@ ArrowNees arrow_nees(VectorRef e, const ArrowCovariance& P) {
   }
   ArrowNees out;
   const Index n = P.layout().vehicle, d = P.layout().landmark;
-  const SmallFactor own = factor_of(P.vehicle());
-  out.vehicle_dof = own.dof;
-  out.positive_definite = own.ok;
-  if (own.ok) out.vehicle_nees = own.whitened(e.head(n)).squaredNorm();
+  out.positive_definite = factor_of(P.vehicle()).ok;
 
   SmallMatrix schur = P.vehicle();
   SmallVector residual = e.head(n);
@@ -207,12 +203,6 @@ ArrowNees arrow_nees(VectorRef e, const ArrowCovariance& P) {
   out.nees += vehicle.whitened(residual).squaredNorm();
   out.dof += vehicle.dof;
   return out;
-}
-
-double landmark_nees(VectorRef e, const ArrowCovariance& P, Index j) {
-  const SmallFactor factor = factor_of(SmallMatrix(P.block(j)));
-  if (!factor.ok) return std::numeric_limits<double>::quiet_NaN();
-  return factor.whitened(e.segment(P.layout().landmark_offset(j), P.layout().landmark)).squaredNorm();
 }
 
 }  // namespace credence::internal

@@ -71,15 +71,10 @@ struct ArrowNees {
   bool positive_definite = true;  ///< false: P, its states of zero variance left out, has no Cholesky factor
   double nees = 0.0;              ///< eᵀ P⁻¹ e over the states of non-zero variance
   Index dof = 0;                  ///< how many these are
-  double vehicle_nees = 0.0;      ///< of the vehicle's own block
-  Index vehicle_dof = 0;
 };
 
 /// NEES of e (n) by block elimination: the landmarks first, each by itself, the vehicle by its Schur
 /// complement. O(N). Throws std::invalid_argument for an e of another length.
 ArrowNees arrow_nees(VectorRef e, const ArrowCovariance& P);
-
-/// NEES of landmark j alone; NaN where its block is not positive definite.
-double landmark_nees(VectorRef e, const ArrowCovariance& P, Index j);
 
 }  // namespace credence::internal

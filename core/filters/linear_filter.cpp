@@ -5,6 +5,7 @@
 #include "core/filters/sequential_update.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
+#include "core/linear_algebra/psd_root.h"
 #include "core/stop_point.h"
 
 namespace credence::internal {
@@ -56,6 +57,7 @@ LinearFilterStep advance(const LinearModel& model, const InflationRule& rule, co
     step.ok = joseph_update(model, step);
   }
   step.ok = step.ok && step.P.allFinite();  // what is unstable and not observed grows beyond all numbers
+  if (step.ok) clear_rounded_variances(step.P, step.P_prior.diagonal());
   return step;
 }
 

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <stdexcept>
 
 #include "core/inflation/pairwise_bound.h"
-#include "core/linear_algebra/decompositions.h"
 
 namespace credence::internal {
 namespace {
@@ -64,25 +62,6 @@ InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation,
   return decorrelate(P, decorrelated_set(layout, inflation), solution, state, options);
 }
 
-/// Rank, gap and least eigenvalues of a symmetric ΔP that should be psd.
-void describe_spectrum(InflationReport& report, const Matrix& delta, double tolerance) {
-  const Index size = delta.rows();
-  const double largest = delta.diagonal().maxCoeff();
-  report.min_eigenvalue =
-      Eigen::SelfAdjointEigenSolver<Matrix>(delta, Eigen::EigenvaluesOnly).eigenvalues()(0);
-  if (!(largest > 0.0)) return;
-  const Vector scale = delta.diagonal().cwiseMax(1e-6 * largest).cwiseSqrt().cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * delta * scale.asDiagonal();
-  const Vector eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Matrix>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
-  report.min_relative_eigenvalue = eigenvalues(0);
-  report.rank = (eigenvalues.array() > tolerance * eigenvalues(size - 1)).count();
-  const Index first_kept = size - report.rank;
-  const double dropped = first_kept > 0 ? eigenvalues(first_kept - 1) : 0.0;
-  report.rank_gap =
-      dropped > 0.0 ? eigenvalues(first_kept) / dropped : std::numeric_limits<double>::infinity();
-}
-
 }  // namespace
 }  // namespace credence::internal
 
@@ -97,25 +76,6 @@ void inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, Inflatio
 InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution,
                       MinTraceState& state, const MinTraceOptions& options) {
   return inflate(P, layout, inflation, solution, &state, options);
-}
-
-InflationReport describe_inflation(const MatrixRef& P_before, const MatrixRef& P_after,
-                                   const BlockLayout& layout, Inflation inflation, double rank_tolerance) {
-  require_square(P_before, layout);
-  require_square(P_after, layout);
-  const auto [set, offset] = decorrelated_set(layout, inflation);
-  InflationReport report;
-  report.size = set.state_dim();
-  if (report.size == 0) return report;
-  const Matrix before = P_before.block(offset, offset, report.size, report.size);
-  const Matrix delta = P_after.block(offset, offset, report.size, report.size) - before;
-  describe_spectrum(report, delta, rank_tolerance);
-  const MinTraceBound exact = min_trace_bound(before, set);
-  report.trace = delta.trace();
-  report.exact_trace = exact.primal;
-  report.exact_gap = exact.relative_gap;
-  if (exact.primal > 0.0) report.trace_ratio = report.trace / exact.primal;
-  return report;
 }
 
 }  // namespace credence

@@ -45,26 +45,4 @@ InflationStep inflate(Matrix& P, const internal::BlockLayout& layout, Inflation 
                       InflationSolution solution, internal::MinTraceState& state,
                       const internal::MinTraceOptions& options = {});
 
-/// What a ΔP is like on the set that it decorrelates.
-struct InflationReport {
-  Index size = 0;               ///< of the set: n for full, n_f for map
-  Index rank = 0;               ///< of ΔP: eigenvalues above the tolerance times the largest
-  double rank_gap = 0.0;        ///< last eigenvalue counted over the first not counted; ∞ if that is ≤ 0
-  double trace = 0.0;           ///< tr ΔP
-  double exact_trace = 0.0;     ///< the minimal tr ΔP for this P
-  double exact_gap = 0.0;       ///< the relative duality gap of exact_trace
-  double trace_ratio = 1.0;     ///< trace / exact_trace; 1 when both are 0
-  double min_eigenvalue = 0.0;  ///< of ΔP on the set, in its own units
-  double min_relative_eigenvalue = 0.0;  ///< of ΔP scaled to unit diagonal: ≥ −1e-14 or so is psd
-};
-
-/// Describes the step from P_before to P_after, which `inflate` or any other rule made.
-///
-/// Rank and relative eigenvalue are those of ΔP scaled to unit diagonal (no row by more than 1e3), so that
-/// they do not depend on the units of the states. O(n³). Throws std::invalid_argument for sizes that do not
-/// match.
-InflationReport describe_inflation(const MatrixRef& P_before, const MatrixRef& P_after,
-                                   const internal::BlockLayout& layout, Inflation inflation,
-                                   double rank_tolerance = 1e-8);
-
 }  // namespace credence

@@ -1,9 +1,13 @@
 #include "core/linear_algebra/psd_root.h"
 
+#include <cmath>
+
 #include "core/linear_algebra/decompositions.h"
 
 namespace credence::internal {
 namespace {
+
+constexpr double kNoVariance = 1e-28;  // of that before
 
 /// Whether a factor's pivots are more than rounding.
 bool is_regular(const Eigen::LLT<Matrix>& llt, const Matrix& A, double tolerance) {
@@ -56,12 +60,19 @@ bool is_psd(const Matrix& A, double tolerance) {
 }
 
 std::vector<Index> states_with_variance(MatrixRef A, VectorRef before) {
-  constexpr double kNoVariance = 1e-28;
   std::vector<Index> states;
   for (Index i = 0; i < A.rows(); ++i) {
     if (A(i, i) > 0.0 && A(i, i) > kNoVariance * before[i]) states.push_back(i);
   }
   return states;
+}
+
+void clear_rounded_variances(Matrix& A, const VectorRef& before) {
+  for (Index i = 0; i < A.rows(); ++i) {
+    if (!(std::abs(A(i, i)) <= kNoVariance * before[i])) continue;
+    A.row(i).setZero();
+    A.col(i).setZero();
+  }
 }
 
 Matrix psd_whitening(const Matrix& A, double tolerance) {

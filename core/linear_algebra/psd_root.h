@@ -20,6 +20,9 @@ bool is_psd(const Matrix& A, double tolerance = 1e-13);
 /// certain.
 std::vector<Index> states_with_variance(MatrixRef A, VectorRef before);
 
+/// Sets what rounding left of such states to zero, so that nobody takes it for a variance.
+void clear_rounded_variances(Matrix& A, const VectorRef& before);
+
 /// W with W A Wᵀ = I of rank A rows, so that |W e|² is the NEES of e over the directions of non-zero
 /// variance: the inverse of the Cholesky factor where it exists, else the scaled eigenvectors. Its rows are
 /// the dof.

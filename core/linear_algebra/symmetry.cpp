@@ -14,8 +14,8 @@ bool is_symmetric(const Matrix& P, double tolerance) {
   return true;
 }
 
-bool make_symmetric(Matrix& P, double tolerance) {
-  const bool symmetric = is_symmetric(P, tolerance);
+bool make_symmetric(Matrix& P) {
+  const bool symmetric = is_symmetric(P, kMostAsymmetry);
   for (Index i = 0; i < P.rows(); ++i) {
     for (Index j = i + 1; j < P.rows(); ++j) P(i, j) = P(j, i);
   }

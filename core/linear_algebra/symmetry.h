@@ -12,7 +12,7 @@ inline constexpr double kMostAsymmetry = 1e-5;
 /// What is not finite does not.
 bool is_symmetric(const Matrix& P, double tolerance);
 
-/// The same; both triangles are then the lower one.
-bool make_symmetric(Matrix& P, double tolerance);
+/// The same within kMostAsymmetry; both triangles are then the lower one.
+bool make_symmetric(Matrix& P);
 
 }  // namespace credence::internal

@@ -29,7 +29,4 @@ inline double arc_sine(double x) { return arc_tangent(x, std::sqrt((1.0 - x) * (
 /// out[i] = arc_tangent(y[i], x[i]), 0 ≤ i < count, as many at a time as the machine takes.
 void arc_tangents(const double* y, const double* x, double* out, std::size_t count);
 
-/// The same for sine_cosine.
-void sine_cosines(const double* angles_rad, double* sines, double* cosines, std::size_t count);
-
 }  // namespace credence::internal

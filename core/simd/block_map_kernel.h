@@ -12,10 +12,9 @@
 
 namespace credence::internal {
 
-inline constexpr std::int64_t kMapPack = 8;   ///< landmarks of a pack
-inline constexpr int kMaxDirections = 2;      ///< scalar measurements of one pass
-inline constexpr int kMaxKernelVehicle = 3;   ///< n_r
-inline constexpr int kMaxKernelLandmark = 2;  ///< d
+inline constexpr std::int64_t kMapPack = 8;  ///< landmarks of a pack
+inline constexpr int kMaxDirections = 2;     ///< scalar measurements of one pass
+inline constexpr int kMaxKernelVehicle = 3;  ///< n_r
 
 /// A map as arrays over its landmarks, padded with zeros to whole packs.
 struct BlockMapArrays {

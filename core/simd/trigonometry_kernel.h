@@ -10,11 +10,10 @@
 
 namespace credence::internal {
 
-/// The functions of one instruction set. They return how many elements they did from the front; the next few
-/// hold one that takes the long way, or there are fewer than a pack.
+/// The function of one instruction set. It returns how many elements it did from the front; the next few hold
+/// one that takes the long way, or there are fewer than a pack.
 struct TrigonometryKernel {
   std::size_t (*arc_tangents)(const double* y, const double* x, double* out, std::size_t count);
-  std::size_t (*sine_cosines)(const double* angles_rad, double* sines, double* cosines, std::size_t count);
   std::size_t lanes;  ///< elements of a pack
 };
 
@@ -26,10 +25,8 @@ const TrigonometryKernel* trigonometry_kernel_scalar();
 const TrigonometryKernel* trigonometry_kernel_avx2();
 const TrigonometryKernel* trigonometry_kernel_avx512();
 
-/// arc_tangents and sine_cosines of core/manifold/trigonometry.h by one kernel.
+/// arc_tangents of core/manifold/trigonometry.h by one kernel.
 void arc_tangents_by(const TrigonometryKernel& kernel, const double* y, const double* x, double* out,
                      std::size_t count);
-void sine_cosines_by(const TrigonometryKernel& kernel, const double* angles_rad, double* sines,
-                     double* cosines, std::size_t count);
 
 }  // namespace credence::internal

@@ -19,22 +19,7 @@ std::size_t arc_tangents_of_packs(const double* y, const double* x, double* out,
   return i;
 }
 
-std::size_t sine_cosines_of_packs(const double* angles_rad, double* sines, double* cosines,
-                                  std::size_t count) {
-  std::size_t i = 0;
-  for (; i + LanePack::kLanes <= count; i += LanePack::kLanes) {
-    const LanePack::D x = LanePack::load(angles_rad + i);
-    if (!reducible<LanePack>(x)) break;
-    LanePack::D sine, cosine;
-    sine_cosine_lanes<LanePack>(x, sine, cosine);
-    LanePack::store(sines + i, sine);
-    LanePack::store(cosines + i, cosine);
-  }
-  return i;
-}
-
-constexpr TrigonometryKernel kTrigonometryKernel{&arc_tangents_of_packs, &sine_cosines_of_packs,
-                                                 LanePack::kLanes};
+constexpr TrigonometryKernel kTrigonometryKernel{&arc_tangents_of_packs, LanePack::kLanes};
 
 }  // namespace
 

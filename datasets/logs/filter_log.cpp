@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/append_item.h"
 #include "core/linear_algebra/symmetry.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
@@ -198,7 +199,7 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
     }
   }
   if (!full || missing >= 0) return missing;
-  if (!make_symmetric(out, kMostAsymmetry)) problem = "a covariance is not symmetric";
+  if (!make_symmetric(out)) problem = "a covariance is not symmetric";
   return -1;
 }
 
@@ -407,8 +408,7 @@ LogContents list_own_log(const std::filesystem::path& file) {
       sensors[i].count += row.innovations[i].nu.size() > 0 ? 1 : 0;
     }
   }
-  LogContents contents{.topics = std::move(sensors),
-                       .remark = fmt::format("{} run{}.", runs, runs == 1 ? "" : "s")};
+  LogContents contents{.topics = std::move(sensors), .remark = counted(runs, "run") + "."};
   if (!layout.states.empty()) contents.topics.insert(contents.topics.begin(), std::move(state));
   return contents;
 }

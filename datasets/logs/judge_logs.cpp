@@ -131,7 +131,7 @@ class GroupSums final : public RowSink {
       if (sums_.add(row.state)) calibration_.add(row.state, row.travelled_m, sums_.factored());
       return;
     }
-    if (!row.problem.empty()) return sums_.reject(row.step, row.line, row.problem);
+    if (!row.problem.empty()) return sums_.reject(row.step, row.line, row.problem, row.certain);
     sums_.add(row.normalised);
     if (row.factored) return calibration_.add({&row.factor, &row.normalised}, row.travelled_m);
     calibration_.add(row.state, row.travelled_m);
@@ -278,8 +278,12 @@ class GroupSink final : public LogSink {
     row.step = step.step;
     row.line = step.line;
     row.problem = step.problem;
+    row.certain = -1;
     if (!step.states.empty()) places_.find(step.states, layout_);
-    if (row.problem.empty()) row.problem = normaliser_.normalise(step, layout_, places_, row.normalised);
+    if (row.problem.empty()) {
+      row.problem = normaliser_.normalise(step, layout_, places_, row.normalised);
+      row.certain = normaliser_.certain_state();
+    }
     row.factored = false;
     if (!row.problem.empty() || !calibrated_) return;
     const SmallCholesky* const factor = normaliser_.factor_of_state();

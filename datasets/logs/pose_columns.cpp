@@ -43,7 +43,6 @@ class NamedColumns {
 
   std::size_t count() const { return fields_.size(); }
   std::string_view field(std::size_t column) const { return fields_[column]; }
-  const std::string& word(std::size_t column) const { return words_[column]; }
 
   /// The first whose name is one of these, or ends with one behind other words.
   std::optional<std::size_t> find(std::span<const std::string> names) const {

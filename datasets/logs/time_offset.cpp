@@ -278,8 +278,8 @@ std::string time_offset_text(const TimeOffset& offset) {
 }  // namespace
 
 TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const TrajectoryMatching& matching,
-                            int threads, double confidence) {
-  TimeOffset offset{.confidence = confidence, .estimated = true, .files = std::ssize(files)};
+                            int threads) {
+  TimeOffset offset{.estimated = true, .files = std::ssize(files)};
   for (const PosesWithTruth& file : files) {
     offset.reason = too_coarse(*file.truth, matching.max_time_difference_s);
     if (!offset.reason.empty()) return offset;
@@ -296,7 +296,7 @@ TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const Traject
     offset.rows += std::ssize(file.values);
     for (const double I : file.information) information += I;
   }
-  InfluenceInterval interval = influence_interval(scores, confidence);
+  InfluenceInterval interval = influence_interval(scores, offset.confidence);
   offset.whole_files = interval.whole_runs;
   offset.reason = std::move(interval.reason);
   const Moments nees = errors.nees(offset.value_s);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <span>
 
 #include "datasets/logs/log_format.h"
@@ -24,7 +23,7 @@ namespace credence::internal {
 /// Not told from a time by these errors: a constant error along the motion of a body that moves at one speed,
 /// as a wrong lever arm makes it. The same value for any number of threads.
 TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const TrajectoryMatching& matching,
-                            int threads = 1, double confidence = 0.95);
+                            int threads = 1);
 
 /// What the one offset makes of the truth of the files: nothing that shows where it took at most a tenth of
 /// Σ eᵀP⁻¹e away at both ends of its interval; and it is not known where the files do not have one (at 1e-4,

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/append_item.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/manifold/sek3.h"
 #include "datasets/logs/conventions/thinned.h"
@@ -283,8 +284,8 @@ void tell_placement(const TruthPlacement& placement, std::int64_t used_up, LogSi
   if (!placement.by_all) {
     sink.remark(fmt::format(
         "The truth was placed (--align {}) by the pose that knows its frame best. What that leaves "
-        "open is at most {:g} % of P in every direction; {} row{} of which it is more {} left out.",
-        to_string(placement.alignment), 100.0 * TruthPlacement::kKnown, used_up, used_up == 1 ? "" : "s",
+        "open is at most {:g} % of P in every direction; {} of which it is more {} left out.",
+        to_string(placement.alignment), 100.0 * TruthPlacement::kKnown, counted(used_up, "row"),
         used_up == 1 ? "was" : "were"));
     return;
   }

@@ -139,13 +139,6 @@ bool observe(ReferenceFilter& filter, const CarparkLog& log, const Station& stat
 
 }  // namespace
 
-double LongHorizonResult::growth_exponent() const {
-  if (loops.size() < 2) return 0;
-  const std::size_t half = loops.size() / 2;
-  return std::log2(loops.back().landmarks / loops[half - 1].landmarks) /
-         std::log2(static_cast<double>(loops.size()) / static_cast<double>(half));
-}
-
 double LongHorizonResult::fitted_exponent() const {
   double n = 0, x_sum = 0, y_sum = 0, xx = 0, xy = 0;
   for (std::size_t i = loops.size() / 2; i < loops.size(); ++i) {

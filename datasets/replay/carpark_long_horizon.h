@@ -26,11 +26,8 @@ struct LongHorizonResult {
       0;           ///< of them, with a minimal trace that missed its tolerance: beware of slow growth
   bool ok = true;  ///< false: an innovation covariance was not positive definite; loops is shorter
 
-  /// log2 of the landmarks' trace after all loops over that after half of them: 0 flat, 1 linear growth, and
-  /// increasing with the number of loops for exponential growth. 0 with fewer than two loops.
-  double growth_exponent() const;
-
-  /// The same as a least-squares slope of log trace over log loop, in the second half of the loops.
+  /// The least-squares slope of the log of the landmarks' trace over log loop, in the second half of the
+  /// loops: 0 flat, 1 linear growth, and increasing with the number of loops for exponential growth.
   double fitted_exponent() const;
 
   /// By what the growth of a loop exceeds that of the loop before: the geometric mean over the second half. 1

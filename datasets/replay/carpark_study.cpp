@@ -6,6 +6,7 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "core/append_item.h"
 #include "core/inflation/inflation_rule.h"
 #include "core/parallel_tasks.h"
 #include "datasets/replay/carpark_replay.h"
@@ -47,7 +48,7 @@ std::string inflation_words(const CarparkVariant& variant) {
 
 std::string anchor_words(const CarparkVariant& variant) {
   if (variant.anchors == 0) return "partial";
-  return fmt::format("{} anchor{}", variant.anchors, variant.anchors == 1 ? "" : "s");
+  return counted(variant.anchors, "anchor");
 }
 
 std::string paper_figure(const CarparkVariant& variant) {

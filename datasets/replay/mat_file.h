@@ -15,8 +15,6 @@ class MatFile {
  public:
   explicit MatFile(const std::filesystem::path& file);
 
-  const std::filesystem::path& file() const { return file_; }
-
   /// The variable as rows × cols doubles, whatever numeric class it is stored in.
   ///
   /// Throws for a variable that is missing, text, complex, empty, of more than two dimensions, or that holds

@@ -63,16 +63,14 @@ std::vector<MrclamLandmark> read_landmarks(const std::filesystem::path& file,
   std::vector<MrclamLandmark> landmarks;
   for (Index i = 0; i < table.rows(); ++i) {
     const int subject = whole_number(table, i, 0, "subject");
-    const auto worn =
-        std::ranges::find_if(subject_of_barcode, [&](const auto& entry) { return entry.second == subject; });
-    if (worn == subject_of_barcode.end())
+    if (std::ranges::none_of(subject_of_barcode, [&](const auto& entry) { return entry.second == subject; }))
       table.fail(i, fmt::format("subject {} wears no barcode in Barcodes.dat", subject));
     if (subject <= kRobots) table.fail(i, fmt::format("subject {} is a robot, not a landmark", subject));
     for (const MrclamLandmark& other : landmarks)
       if (other.subject == subject) table.fail(i, fmt::format("subject {} is named twice", subject));
     const Vector row = table.values.row(i);
     if (row(3) < 0 || row(4) < 0) table.fail(i, "a standard deviation is negative");
-    landmarks.push_back({subject, worn->first, row.segment<2>(1), row.segment<2>(3)});
+    landmarks.push_back({subject, row.segment<2>(1)});
   }
   return landmarks;
 }
@@ -146,15 +144,15 @@ std::vector<int> mrclam_robots(const std::filesystem::path& folder) {
   return robots;
 }
 
-std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, double time_s,
-                                        double max_gap_s) {
+std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, double time_s) {
+  constexpr double kLargestGap_s = 0.5;
   const auto after = std::ranges::lower_bound(truth, time_s, {}, &MrclamPose::time_s);
   if (after == truth.end()) return std::nullopt;
   if (after->time_s == time_s) return after->pose;
   if (after == truth.begin()) return std::nullopt;
   const MrclamPose& before = *(after - 1);
   const double gap = after->time_s - before.time_s;
-  if (gap > max_gap_s) return std::nullopt;
+  if (gap > kLargestGap_s) return std::nullopt;
   const double share = (time_s - before.time_s) / gap;
   Eigen::Vector3d step = after->pose - before.pose;
   step(2) = wrap_angle(step(2));

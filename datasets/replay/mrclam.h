@@ -32,9 +32,7 @@ struct MrclamPose {
 
 struct MrclamLandmark {
   int subject = 0;
-  int barcode = 0;
   Eigen::Vector2d position_m;
-  Eigen::Vector2d std_m;
 };
 
 /// The log of one robot ([Leung 2011], docs/datasets.md).
@@ -64,9 +62,8 @@ std::vector<int> mrclam_robots(const std::filesystem::path& folder);
 
 /// The true pose at a time, linear between two samples (heading along the shorter arc).
 ///
-/// Empty outside the record and within a gap longer than `max_gap_s`: the motion capture lost the robot
+/// Empty outside the record and within a gap longer than 0.5 s: the motion capture lost the robot
 /// there. Precondition: `truth` in order of time. O(log n).
-std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, double time_s,
-                                        double max_gap_s = 0.5);
+std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, double time_s);
 
 }  // namespace credence::internal

@@ -44,7 +44,6 @@ class ReplayScore final : public BlackBoxScore {
               const std::atomic<bool>* stop = nullptr);
 
   Index units() const override { return stretches_ * std::ssize(logs_); }
-  Index units_of_each() const { return stretches_; }
   /// Of a log, with the noise at φ.
   ReplaySettings settings_at(std::size_t log, const Vector& phi) const;
 

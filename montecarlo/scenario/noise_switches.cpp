@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_text.h"
 
@@ -111,7 +112,7 @@ std::string noise_switches_text(const Scenario& scenario) {
     text += fmt::format(", process noise correlated by {:g}", r);
   }
   if (const Index delay = measurement_delay(scenario); delay > 0) {
-    text += fmt::format(", measured {} step{} late", delay, delay == 1 ? "" : "s");
+    text += fmt::format(", measured {} late", counted(delay, "step"));
   }
   return text;
 }

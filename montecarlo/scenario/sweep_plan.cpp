@@ -85,9 +85,7 @@ class PointMaker {
     const auto [known, is_new] = by_id_.emplace(point.id, plan_.points.size());
     if (is_new) {
       plan_.points.push_back(std::move(point));
-    } else if (plan_.points[known->second].scenario == point.scenario) {
-      ++plan_.merged;
-    } else {
+    } else if (plan_.points[known->second].scenario != point.scenario) {
       throw ScenarioError(fmt::format("{}: two configurations share the identity {}: {} and {}; take one out",
                                       file_, point.id, point_text(plan_, plan_.points[known->second]),
                                       point_text(plan_, point)));
@@ -167,7 +165,7 @@ SweepPlan plan_sweep(const ScenarioDocument& document) {
   const std::vector<AxisIndices> points =
       options.mode == SweepMode::grid ? grid_points(axes) : zip_points(axes);
 
-  SweepPlan plan{document.name, options.mode, options.skip_impossible, {}, {}, 0, 0};
+  SweepPlan plan{document.name, options.mode, options.skip_impossible, {}, {}, 0};
   for (const Axis& axis : axes) plan.axes.push_back({axis.key->path(), {}});
   PointMaker maker(plan, axes, unswept(document, axes), document.file);
   for (const AxisIndices& point : points) maker.add(point);

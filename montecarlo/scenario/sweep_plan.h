@@ -39,7 +39,6 @@ struct SweepPlan {
   bool skip_impossible = false;
   std::vector<SweepAxis> axes;
   std::vector<SweepPoint> points;
-  std::size_t merged = 0;   ///< points that are the same configuration as an earlier one
   std::size_t skipped = 0;  ///< impossible points left out, with skip_impossible
 };
 

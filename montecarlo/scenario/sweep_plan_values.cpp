@@ -86,7 +86,7 @@ Decimal parse_decimal(std::string_view text, std::string_view item) {
   const std::optional<int> exponent = e == number.size() ? 0 : parse_number<int>(number.substr(e + 1));
   if (!digit || !exponent)
     refuse(item, fmt::format("{} is no number", value_text(ScalarValue{std::string(number)})));
-  if (std::abs(*exponent) > 15) refuse(item, "has an exponent beyond 15");
+  if (*exponent > 15 || *exponent < -15) refuse(item, "has an exponent beyond 15");
   append_scaled(decimal, *exponent, item);
   if (decimal.scale > 22) refuse(item, "has too many digits for an exact range");
   return decimal;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 
@@ -137,12 +138,9 @@ InflationRule make_inflation_rule(const Scenario& scenario) {
 
 std::string slam_text(const Scenario& scenario) {
   const WorldSettings& world = scenario.world;
-  const std::string anchors = world.anchors == 0
-                                  ? "partially observable"
-                                  : fmt::format("{} anchor{}", world.anchors, world.anchors == 1 ? "" : "s");
+  const std::string anchors = world.anchors == 0 ? "partially observable" : counted(world.anchors, "anchor");
   const double seen = scenario.noise.detection_probability;
-  return fmt::format("{}, {} landmark{}, {}{}{}", world.model, world.landmarks,
-                     world.landmarks == 1 ? "" : "s", anchors,
+  return fmt::format("{}, {}, {}{}{}", world.model, counted(world.landmarks, "landmark"), anchors,
                      seen < 1.0 ? fmt::format(", each measured with probability {:g}", seen) : "",
                      noise_switches_text(scenario));
 }

@@ -87,7 +87,8 @@ def study(
     world.dt, if there is one: the time of a step, s, which predict is given last; a Q that does not scale with it is
         an error.
     world.minus(estimate, truth) -> (B, n), if there is one: the error. Otherwise the difference, angles wrapped; then
-        the truth may be anything that ``state`` can be subtracted from.
+        the truth may be anything that ``state`` can be subtracted from. NaN where the estimate is finite: no truth of
+        that state there.
 
     filter() makes a fresh filter:
     .reset(mean, P): (B, n) and (B, n, n), which are the filter's own. .predict() or .predict(input). .update(z).
@@ -100,7 +101,8 @@ def study(
     batch=False: for a filter of one run, without the axis B; many times slower.
     noise_group: studies of one seed and group meet the same noise.
     workers: processes; world and filter must then be importable, and the script guarded by
-        ``if __name__ == "__main__":``. The bits do not depend on it: the same runs are always one batch.
+        ``if __name__ == "__main__":``. The same runs are always one batch: but for what numpy rounds by where an array
+        lies, the bits do not depend on it.
     names, angles, innovation_angles, blocks, confidence, nonlinear, inflated: as in ``check``.
     noise: what makes it other than a filter believes: {"outlier_rate": 0.01, "outlier_scale": 10, "student_dof": 4,
         "measurement_correlation": 0.5, "process_correlation": 0.5, "measurement_delay": 1}, each as the key of [noise]

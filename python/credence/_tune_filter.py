@@ -46,6 +46,12 @@ def _limits(lower: float, upper: float) -> "tuple[float, float]":
     return -math.inf if math.isnan(lower) else lower, math.inf if math.isnan(upper) else upper
 
 
+def _lag_one(u: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """(runs,): Σ of u (runs, steps, m), 0 where not shown, times what its component showed last, however long ago."""
+    last = np.maximum.accumulate(np.where(shown, np.arange(u.shape[1])[:, np.newaxis], 0), axis=1)
+    return (u[:, 1:] * np.take_along_axis(u, last[:, :-1], axis=1)).sum(axis=(-2, -1))
+
+
 class _Scores:
     """Sums over the steps of each run."""
 
@@ -61,20 +67,21 @@ class _Scores:
         value, nis, lag_one = np.zeros(runs), np.zeros(runs), np.zeros(runs)
         self.ok = self.ok and not chunk.failures and bool(chunk.innovations)
         for nu, S in chunk.innovations.values() if self.ok else ():
-            shown = np.isfinite(nu).all(axis=-1)
-            m = nu.shape[-1]
-            try:
-                root = np.linalg.cholesky(np.where(shown[..., None, None], S, np.eye(m)))
+            shown = np.isfinite(nu)
+            both = shown[..., :, np.newaxis] & shown[..., np.newaxis, :]
+            try:  # with 1 for the variance of a silent component the others have the root of their own block
+                root = np.linalg.cholesky(np.where(both, S, np.eye(nu.shape[-1])))
             except np.linalg.LinAlgError:
                 self.ok = False
                 break
-            u = np.linalg.solve(root, np.where(shown[..., None], nu, 0.0)[..., None])[..., 0]
+            u = np.linalg.solve(root, np.where(shown, nu, 0.0)[..., None])[..., 0]
             logarithms = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(axis=-1)
-            value -= (shown * (0.5 * m * math.log(2.0 * math.pi) + 0.5 * (u**2).sum(axis=-1) + logarithms)).sum(axis=-1)
+            dof = shown.sum(axis=-1)
+            value -= (0.5 * dof * math.log(2.0 * math.pi) + 0.5 * (u**2).sum(axis=-1) + logarithms).sum(axis=-1)
             nis += (u**2).sum(axis=(-2, -1))
-            lag_one += (u[:, 1:] * u[:, :-1]).sum(axis=(-2, -1))
-            self.steps += float(shown.sum())
-            self.dof += float(shown.sum()) * m
+            lag_one += _lag_one(u, shown)
+            self.steps += float((dof > 0).sum())
+            self.dof += float(dof.sum())
         self.value.append(value)
         self.nis.append(nis)
         self.lag_one.append(lag_one)

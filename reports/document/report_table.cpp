@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -37,7 +38,8 @@ std::string repeated(const std::string& unit, std::size_t count) {
 
 TableCell::TableCell(std::string words, CellTone cell_tone) : text(std::move(words)), tone(cell_tone) {}
 TableCell::TableCell(const char* words, CellTone cell_tone) : text(words), tone(cell_tone) {}
-TableCell::TableCell(double value, int significant) : text(number_text(value, significant)) {}
+TableCell::TableCell(double value, int significant)
+    : text(std::isnan(value) ? "–" : number_text(value, significant)) {}
 
 void ReportTable::add(std::vector<TableCell> row) {
   if (row.size() != columns.size()) {

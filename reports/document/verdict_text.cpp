@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/append_item.h"
 #include "core/number_text.h"
 
 namespace credence::internal {
@@ -44,10 +45,9 @@ std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::i
   std::vector<std::int64_t> named;
   for (const RunNotConverged& of : runs.first(std::min(kNamed, runs.size()))) named.push_back(of.run);
   return fmt::format(
-      "In {} step{} of {} of {} runs ({}{}) the filter's iteration stopped before it had converged; its last "
+      "In {} of {} of {} runs ({}{}) the filter's iteration stopped before it had converged; its last "
       "iterate is used there.",
-      steps, steps == 1 ? "" : "s", runs.size(), all, fmt::join(named, ", "),
-      runs.size() > kNamed ? ", …" : "");
+      counted(steps, "step"), runs.size(), all, fmt::join(named, ", "), runs.size() > kNamed ? ", …" : "");
 }
 
 TableCell verdict_cell(Verdict verdict) {

@@ -117,39 +117,24 @@ Drawing draw(const Figure& figure) {
   return drawing;
 }
 
-template <class Draw>
-std::vector<Drawing> draw_each(std::span<const Figure> figures, Draw draw_one) {
-  std::vector<Drawing> drawings(figures.size());
-  for_each_task(static_cast<std::int64_t>(figures.size()), 0, nullptr, [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    drawings[at] = draw_one(figures[at]);
-  });
-  return drawings;
-}
-
 }  // namespace
 
 std::string render_svg(const Figure& figure) { return render<SvgCanvas>(figure, page_width(figure)); }
-
-std::string render_pdf(const Figure& figure, const PaperStyle& style) {
-  const Figure on_paper = arranged(figure, style.width);
-  return render<CairoCanvas>(on_paper, paper_width(on_paper, style.width),
-                             CairoCanvas::Options{CairoCanvas::Format::pdf, style.serif});
-}
-
-std::vector<Drawing> draw_all(std::span<const Figure> figures) { return draw_each(figures, draw); }
 
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const ReportFolder& folder) {
   const std::filesystem::path place = folder / "figures";
   const std::filesystem::path panels = place / "panels";
   const auto has_panels = [](const Figure& figure) { return figure.panels.size() > 1; };
   make_directories(std::ranges::any_of(figures, has_panels) ? panels : place);
-  return draw_each(figures, [&](const Figure& figure) {
-    Drawing drawing = draw(figure);
-    drawing.files = write_figure(figure, place, folder.paper);
+  std::vector<Drawing> drawings(figures.size());
+  for_each_task(static_cast<std::int64_t>(figures.size()), 0, nullptr, [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Figure& figure = figures[at];
+    drawings[at] = draw(figure);
+    drawings[at].files = write_figure(figure, place, folder.paper);
     if (has_panels(figure)) write_panels(figure, panels, folder.paper);
-    return drawing;
   });
+  return drawings;
 }
 
 }  // namespace credence::internal

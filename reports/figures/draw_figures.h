@@ -16,9 +16,6 @@ namespace credence::internal {
 /// One <svg> element to stand in a web page or a file. Throws std::invalid_argument (see validate).
 std::string render_svg(const Figure& figure);
 
-/// The bytes of a PDF file of one page, of the width and lettering of `style`. Throws like render_svg.
-std::string render_pdf(const Figure& figure, const PaperStyle& style = {});
-
 /// A panel as an <svg> element of its own, with the numbers in it (panel_data.h).
 struct PanelDrawing {
   std::string svg, data;
@@ -32,12 +29,9 @@ struct Drawing {
   std::vector<double> column_widths{};         ///< of the columns of panels, in pixels
 };
 
-/// Draws all figures, several at a time. Throws std::invalid_argument for an invalid figure.
-std::vector<Drawing> draw_all(std::span<const Figure> figures);
-
-/// The same, and makes the folder's `figures` with each as <name>.svg and the like, in the formats of its
-/// style; of several panels each alone as panels/<name>-<number>. Throws OutputError as well, when a file
-/// cannot be written.
+/// Draws all figures, several at a time, and makes the folder's `figures` with each as <name>.svg and the
+/// like, in the formats of its style; of several panels each alone as panels/<name>-<number>. Throws
+/// std::invalid_argument for an invalid figure, and OutputError when a file cannot be written.
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const ReportFolder& folder);
 
 }  // namespace credence::internal

@@ -48,6 +48,31 @@ TEST_F(RunCommand, RunGivesTheDocumentOfTheContract) {
   EXPECT_EQ(f.err, "");
 }
 
+// Its x2 is measured without noise; or P is said to know it, and does not.
+TEST_F(RunCommand, WhatIsCertainIsNotJudgedAndWhatIsNotIsNamed) {
+  const std::string model =
+      "[world]\nmodel = \"linear\"\nF = [[1, 0.1], [0, 1]]\nG = [[0], [1]]\nH = [[1, 0], [0, 1]]\n"
+      "Q = [[0.2]]\nP0 = [[1, 0], [0, 1]]\n";
+  const std::string study = "[study]\nruns = 200\nsteps = 100\n";
+  write("certain.toml", model + "R = [[0.3, 0], [0, 0]]\n" + study);
+  for (const char* seed : {"study.seed=1", "study.seed=2", "study.seed=3"}) {
+    const Finished f = run({"run", "certain.toml", "--set", seed});
+    EXPECT_EQ(f.code, 0) << f.err;
+    EXPECT_THAT(f.out, HasSubstr("No evidence that this covariance is wrong")) << seed;
+    EXPECT_THAT(f.out, Not(HasSubstr("claims certainty"))) << seed;
+  }
+  write("wrong.toml",
+        "[world]\nmodel = \"linear\"\nF = [[1, 0], [0, 1]]\nG = [[1], [0]]\nH = [[1, 0]]\nQ = [[0.2]]\n"
+        "R = [[0.3]]\nP0 = [[1, 0], [0, 4]]\n[filter]\nP0 = [[1, 0], [0, 0]]\n" +
+            study);
+  const Finished f = run({"run", "wrong.toml"});
+  EXPECT_THAT(f.out, HasSubstr("wrong is undecided: 20000 of 20000 rows are rejected (most of them: an error "
+                               "of x2 where the covariance claims certainty)"));
+  EXPECT_THAT(f.out,
+              HasSubstr("of that of the errors is where it claims certainty, and there P is too small"));
+  EXPECT_THAT(f.out, Not(HasSubstr("Proved")));
+}
+
 TEST_F(RunCommand, SameBitsForAnyNumberOfThreads) {
   write("a.toml", kMonobot);
   write("p.toml", "[world]\nmodel = \"planar\"\nlandmarks = 3\n[study]\nruns = 150\nsteps = 20\n");

@@ -203,6 +203,74 @@ def test_the_numbers_are_those_of_the_built_in_filter_in_the_same_world():
     assert plugged.verdict == built_in.verdict == "optimistic"
 
 
+class Lost(Filter):
+    """Loses its state, not its covariance."""
+
+    def update(self, z):
+        super().update(z)
+        self.state = np.where(self.state > 25.0, np.nan, self.state)
+
+
+def test_where_minus_is_nan_there_is_no_truth():
+    class Blind(World):
+        def minus(self, estimate, truth):
+            return np.where(np.abs(truth) > 20.0, np.nan, estimate - truth)
+
+    result = credence.study(Blind(), Filter, names=["x", "v"], **STUDY)
+    values = result.to_dict()["blocks"]["x"]["values"]
+    assert not result.failures and result.verdict == "consistent"
+    assert 0.5 * STUDY["runs"] * STUDY["steps"] < values < STUDY["runs"] * STUDY["steps"]
+    alone = credence.study(Blind(), Filter, names=["x", "v"], batch=False, **STUDY)
+    assert not alone.failures and alone.to_dict()["blocks"]["x"]["values"] == values
+    lost = credence.study(Blind(), Lost, **STUDY)
+    assert lost.failures and lost.failures == credence.study(World(), Lost, **STUDY).failures
+
+
+def test_a_truth_that_is_nan_is_none():
+    class Partly(World):
+        """Knows its second state at every fourth step."""
+
+        def initial(self, noise):
+            self.x = super().initial(noise)
+            return self.x
+
+        def step(self, x, k, noise):
+            self.x = super().step(self.x, k, noise)
+            return self.x if k % 4 == 0 else np.where([True, False], self.x, np.nan)
+
+        def measure(self, x, k, noise):
+            return super().measure(self.x, k, noise)
+
+    blocks = credence.study(Partly(), Filter, names=["x", "v"], **STUDY).to_dict()["blocks"]
+    assert blocks["v"]["values"] * 4 == blocks["x"]["values"] == STUDY["runs"] * STUDY["steps"]
+
+
+def test_a_state_that_is_no_array_is_lost_where_its_error_is_nan():
+    class OfPairs(World):
+        def minus(self, estimate, truth):
+            x, v = estimate
+            return np.stack([x, v[..., 0]], axis=-1) - truth
+
+    class Paired(Shown):
+        make = Filter
+
+        def __init__(self):
+            self._own = self.make()
+
+        @property
+        def state(self):
+            return self._own.state[..., 0], self._own.state[..., 1:]
+
+    class LostPair(Paired):
+        make = Lost
+
+    paired, plain = credence.study(OfPairs(), Paired, **STUDY), credence.study(World(), Filter, **STUDY)
+    assert not paired.failures
+    np.testing.assert_allclose(paired.mean_nees, plain.mean_nees, rtol=1e-9)
+    lost = credence.study(OfPairs(), LostPair, **STUDY).failures
+    assert lost and lost == credence.study(World(), Lost, **STUDY).failures
+
+
 def test_silent_steps_and_several_sensors():
     class Twice(World):
         def measure(self, x, k, noise):
@@ -248,6 +316,41 @@ def test_no_study_has_more_runs_than_memory_for_their_list():
         credence.study(World(), Filter, runs=10**12, steps=10)
 
 
+@pytest.mark.parametrize("rounding", [1e-14, 1e-9])
+def test_a_filter_may_round_differently_at_each_replay(rounding):
+    """As numpy does where the last bit depends on where an array lies; the larger one as from a diffuse prior."""
+
+    class Rounding(Filter):
+        calls = 0
+
+        def update(self, z):
+            super().update(z)
+            Rounding.calls += 1
+            off = 1.0 + rounding * (Rounding.calls % 2)
+            self.state, self.covariance = off * self.state, off * self.covariance
+
+    assert credence.study(World(), Rounding, **{**STUDY, "steps": 5}).verdict == "consistent"
+    assert Rounding.calls % 2 == 1  # of two replays of 5 steps, which differ
+
+
+@pytest.mark.parametrize("batch", [True, False])
+def test_a_world_may_draw_nothing(batch):
+    drawn = set()
+
+    class Certain(World):
+        def initial(self, noise):
+            drawn.add(noise(0).shape)
+            return super().initial(noise)
+
+        def step(self, x, k, noise):
+            drawn.add(noise(0).shape)
+            return super().step(x, k, noise)
+
+    study = {"runs": 20, "steps": 6, "batch": batch}
+    assert credence.study(Certain(), Filter, **study).to_dict() == credence.study(World(), Filter, **study).to_dict()
+    assert drawn == ({(20, 0)} if batch else {(0,)})
+
+
 def test_plugs_that_are_none_are_named():
     def message(world, make_filter):
         with pytest.raises(credence.PlugError) as error:
@@ -258,7 +361,25 @@ def test_plugs_that_are_none_are_named():
         def update(self, z):
             super().update(z + np.random.standard_normal(z.shape))
 
-    assert message(World(), Random).startswith("run 0 is not the same twice, in its error at step 1")
+    assert message(World(), Random).startswith("run 0 is not the same twice, in its error at step 1, ")
+
+    class Sampling(Filter):
+        """As the mean of a million samples would be."""
+
+        def update(self, z):
+            super().update(z + 1e-3 * np.random.standard_normal(z.shape))
+
+    assert message(World(), Sampling).endswith("draws random numbers of its own, or keeps something from run to run")
+
+    class Remembering(Shown):
+        seen = 0
+
+        @property
+        def covariance(self):
+            Remembering.seen += 1
+            return (1.0 + 0.001 * Remembering.seen) * self._own.covariance
+
+    assert message(World(), Remembering).startswith("run 0 is not the same twice, in its covariance at step 1, ")
 
     class Flat(Filter):
         def update(self, z):

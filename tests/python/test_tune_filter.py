@@ -4,6 +4,8 @@ import pickle
 import credence
 import numpy as np
 import pytest
+from credence._play import Chunk
+from credence._tune_filter import _Scores
 from filters import H, Q, R
 from plugs import Filter, Growing, MapWorld, World
 
@@ -118,6 +120,87 @@ def test_a_filter_whose_state_grows_is_tuned():
     p = tuning.parameters["r"]
     assert p.identifiable and p.lower < 1.0 < p.upper and p.upper < 1.5
     assert (tuning.before.verdict, tuning.held_out.verdict) == ("pessimistic", "consistent")
+
+
+def scores_of(innovations):
+    """Value, Σ NIS, Σ lag-one products of each run, steps and components of all."""
+    runs, steps = next(iter(innovations.values()))[0].shape[:2]
+    scores = _Scores()
+    scores.add(Chunk(np.zeros((runs, steps, 1)), np.ones((runs, steps, 1, 1)), innovations, None))
+    *sums, ok = scores.all()
+    assert ok
+    return sums
+
+
+def test_the_neighbours_of_an_innovation_are_those_of_its_sensor_however_long_ago():
+    often, seldom = np.ones((1, 21, 1)), np.full((1, 21, 1), np.nan)
+    seldom[0, 2::5, 0] = [2.0, -2.0, 2.0, -2.0]
+    assert scores_of({"seldom": (seldom, np.full((1, 21, 1, 1), 4.0))})[2] == -3.0
+    both = {"often": (often, np.ones((1, 21, 1, 1))), "seldom": (seldom, np.full((1, 21, 1, 1), 4.0))}
+    assert scores_of(both)[2] == 20.0 - 3.0
+
+
+def test_of_an_innovation_that_is_silent_in_part_the_rest_scores():
+    rng = np.random.default_rng(2)
+    nu, root = rng.standard_normal((4, 15, 3)), rng.standard_normal((4, 15, 3, 3))
+    S = root @ np.swapaxes(root, -1, -2) + np.eye(3)
+    nu[rng.random(nu.shape) < 0.4] = np.nan
+    S[:, :, 1, 0] = S[:, :, 0, 1] = np.where(np.isnan(nu[..., 0]), np.nan, S[:, :, 0, 1])
+    value, nis, lag_one, steps, dof = scores_of({"": (nu, S)})
+    wanted = np.zeros((3, 4))
+    for run in range(4):
+        before = np.zeros(3)
+        for k in range(15):
+            i = np.flatnonzero(~np.isnan(nu[run, k]))
+            block, part = S[run, k][np.ix_(i, i)], nu[run, k, i]
+            of_part = part @ np.linalg.solve(block, part) if i.size else 0.0
+            u = np.linalg.solve(np.linalg.cholesky(block), part)
+            wanted[:, run] += [-0.5 * (np.linalg.slogdet(2.0 * np.pi * block)[1] + of_part), of_part, u @ before[i]]
+            before[i] = u
+    np.testing.assert_allclose([value, nis, lag_one], wanted, rtol=1e-9)
+    shown = ~np.isnan(nu)
+    assert not shown.any(axis=-1).all() and (steps, dof) == (shown.any(axis=-1).sum(), shown.sum())
+
+
+class Pair(World):
+    """Measures the second state at every third step alone."""
+
+    def measure(self, x, k, noise):
+        z = x + 0.5 * noise(2)
+        return z if k % 3 == 0 else np.where([True, False], z, np.nan)
+
+
+class InTurn(Filter):
+    """Takes the components one after the other."""
+
+    def __init__(self, r=1.0):
+        self.r = r
+
+    def update(self, z):
+        self.innovation, self.S = np.full(z.shape, np.nan), np.tile(np.eye(2), (len(z), 1, 1))
+        for i in np.flatnonzero(~np.isnan(z[0])):
+            self.innovation[:, i] = z[:, i] - self.state[:, i]
+            self.S[:, i, i] = self.covariance[:, i, i] + 0.25 * self.r
+            K = self.covariance[:, :, i] / self.S[:, i, i, np.newaxis]
+            self.state = self.state + K * self.innovation[:, i, np.newaxis]
+            self.covariance = self.covariance - K[:, :, np.newaxis] * self.covariance[:, i, np.newaxis, :]
+            self.covariance = 0.5 * (self.covariance + np.swapaxes(self.covariance, -1, -2))
+
+
+class Apart(InTurn):
+    def update(self, z):
+        super().update(z)
+        self.innovation = {"x": self.innovation[:, :1], "v": self.innovation[:, 1:]}
+        self.S = {"x": self.S[:, :1, :1], "v": self.S[:, 1:, 1:]}
+
+
+def test_one_innovation_of_two_sensors_tunes_as_two():
+    one, two = (credence.tune_filter(Pair(), make, {"r": 3.0}, runs=60, steps=30, seed=2) for make in (InTurn, Apart))
+    of_one, of_two = one.parameters["r"], two.parameters["r"]
+    assert of_one.lower < 1.0 < of_one.upper
+    for name in ("value", "lower", "upper"):
+        assert getattr(of_one, name) == pytest.approx(getattr(of_two, name), rel=1e-6)
+    assert one.held_out.verdict == "consistent"
 
 
 def test_noise_is_that_of_a_study():

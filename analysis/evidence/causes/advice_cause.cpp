@@ -70,7 +70,8 @@ bool takes_the_rest_for_granted(Cause cause) {
     case Cause::linearisation_or_bias:
     case Cause::process_noise_or_linearisation:
     case Cause::wrong_dof:
-    case Cause::covariance_scale: return true;
+    case Cause::covariance_scale:
+    case Cause::covariance_at_steps: return true;
     default: return false;
   }
 }
@@ -139,7 +140,7 @@ std::string_view to_string(Cause cause) {
     case Cause::heavy_tails: return "errors that are not Gaussian, with heavy tails; the covariance is right";
     case Cause::wrong_dof: return "a wrong number of degrees of freedom";
     case Cause::linearisation:
-      return "the filter's linearisation at its own estimates, which makes unobservable directions look "
+      return "the filter's linearisation at its own estimates, which can make unobservable directions look "
              "observable";
     case Cause::linearisation_or_bias:
       return "the filter's linearisation at its own estimates, or a bias, of a sensor, a lever arm or the "
@@ -149,6 +150,7 @@ std::string_view to_string(Cause cause) {
     case Cause::claimed_sigma:
       return "the covariance where its σ is small, or where it is large: it is right on average alone";
     case Cause::covariance_scale: return "the scale of the covariance";
+    case Cause::covariance_at_steps: return "the covariance at single steps";
     case Cause::inflation: return "the deliberate inflation of the covariance";
   }
   return "unknown";

@@ -39,6 +39,7 @@ enum class Cause {
   process_noise_or_linearisation,   ///< steps without an innovation make the errors too large for P
   claimed_sigma,                    ///< P is too small in some rows and too large in others, by its σ
   covariance_scale,                 ///< P is wrong by a factor, and nothing tells why
+  covariance_at_steps,              ///< single steps alone are wrong, and the mean over all is not
   measurement_noise_of_components,  ///< R is too small in a component of a sensor and too large in another
   truth,                            ///< what the errors are taken against is wrong, and not the filter
   inflation,                        ///< the filter inflates its covariance on purpose

@@ -7,6 +7,7 @@
 #include "analysis/evidence/causes/cause_signature.h"
 #include "analysis/evidence/causes/lost_runs.h"
 #include "analysis/evidence/sums/evidence.h"
+#include "analysis/evidence/verdicts/word.h"
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/shape/coverage.h"
 #include "analysis/laws/shape/tail_weight.h"
@@ -303,6 +304,13 @@ Causes find_scale(const Findings& findings) {
   const bool nees = is_inconsistent(findings.nees.verdict);
   if (!nees && !is_inconsistent(findings.nis.verdict)) return {};
   const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
+  if (verdict.decided_by_steps && verdict.overall_p_value > cause_level(findings)) {
+    const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
+    return {{Cause::covariance_at_steps,
+             fmt::format("mean {} {} of {} {}, while {} over all steps is what chance makes",
+                         nees ? "NEES" : "NIS", number_text(worst.mean, 3), number_text(worst.expected, 3),
+                         when_text(verdict, verdict.verdict), number_text(verdict.mean, 3))}};
+  }
   return {{Cause::covariance_scale,
            fmt::format("mean {} {} of {}{}{}", nees ? "NEES" : "NIS", number_text(verdict.mean, 3),
                        number_text(verdict.expected, 3),

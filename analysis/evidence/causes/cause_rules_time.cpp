@@ -35,17 +35,31 @@ bool explains_the_innovations(const ZeroMeanTest& mean, const Findings& findings
   return is_inconsistent(findings.nis.verdict) && excess > 0.0 && mean_square > kMost * excess;
 }
 
-// A delay that cannot be told from a bias.
-std::string_view beside_untested_lateness(const Findings& findings) {
-  if (!findings.lateness || findings.lateness->reason.empty()) return "";
-  if (findings.lateness->reason == kNoVariedMotion)
-    return "; if the motion never varies, a delay looks the same";
-  return "; a delay, which could not be tested, looks the same";
+// A delay that cannot be told from a bias: of one sensor beside others on time, too.
+std::string beside_lateness(const Findings& findings) {
+  if (!findings.lateness) return "";
+  const LatenessTest& test = *findings.lateness;
+  if (test.reason == kNoVariedMotion) return "; if the motion never varies, a delay looks the same";
+  if (!test.reason.empty()) return "; a delay, which could not be tested, looks the same";
+  constexpr double kCounts = 0.05;
+  if (!(test.p_value <= cause_level(findings)) || !(test.steps > 0.0) || test.explained < kCounts) return "";
+  return fmt::format(
+      "; the errors also point back along the path, by {} steps{} ({}): one sensor that is late, beside "
+      "others on time, would make both",
+      number_text(test.steps, 2), in_seconds(test.steps, findings.nees), p_value_statement(test.p_value));
+}
+
+// Errors of so many σ are not those of a bias that somebody has forgotten.
+std::string_view beside_divergence(const Findings& findings) {
+  constexpr double kHuge = 30.0 * 30.0;  // σ²
+  if (!(findings.nees.mean > kHuge * findings.nees.expected)) return "";
+  return "; errors of so many standard deviations are above all those of a filter that diverges: look for a "
+         "sign, a frame, a unit or a Jacobian that is wrong";
 }
 
 Causes bias_of(const Findings& findings) {
   const auto clear = [&](double p_value) { return p_value <= cause_level(findings); };
-  const std::string_view beside = beside_untested_lateness(findings);
+  const std::string beside = beside_lateness(findings) + std::string(beside_divergence(findings));
   if (findings.innovation_mean && clear(findings.innovation_mean->p_value) &&
       explains_the_innovations(*findings.innovation_mean, findings)) {
     const ZeroMeanTest& test = *findings.innovation_mean;

@@ -156,7 +156,7 @@ struct RunSums {
 /// Rows left out for one reason.
 struct RejectedRows {
   std::int64_t count = 0;
-  std::string first;  ///< "FILE:LINE"
+  std::string first;  ///< "FILE:LINE"; empty: of no file
 };
 
 /// All runs of a filter.

@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 18;
+constexpr std::uint32_t kFormat = 19;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -255,7 +255,8 @@ class Pass {
   }
 
   void one(Held<StretchSums>& stretches) {
-    (*this)(stretches.runs, stretches.square, stretches.means, stretches.oscillating, stretches.samples);
+    (*this)(stretches.runs, stretches.square, stretches.means, stretches.oscillating, stretches.samples,
+            stretches.across, stretches.between);
     const Index dim = stretches.square.rows();
     require(stretches.runs >= 0 && stretches.square.cols() == dim &&
             (stretches.runs == 0 || stretches.means.mean.size() == dim));

@@ -120,9 +120,4 @@ bool EvidenceCollector::has(const ChunkRuns& chunk) {
   return chunks_.contains(chunk);
 }
 
-std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
-                                         const EngineOptions& options) {
-  return EvidenceCollector(experiment, runs).take(runs, options);
-}
-
 }  // namespace credence::internal

@@ -58,8 +58,4 @@ class EvidenceCollector {
   std::map<ChunkRuns, Evidence> chunks_;
 };
 
-/// Plays the first `runs` runs for their evidence alone.
-std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
-                                         const EngineOptions& options = {});
-
 }  // namespace credence::internal

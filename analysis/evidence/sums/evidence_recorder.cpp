@@ -108,11 +108,15 @@ void EvidenceRecorder::count(std::int64_t step) {
 bool EvidenceRecorder::add(const Step& step, std::size_t i) {
   count(step.step);
   std::string_view problem = step.problem;
+  Index certain = -1;
   StepPlaces& places = places_[i];
   if (!step.states.empty()) places.find(step.states, layout_);
-  if (problem.empty()) problem = normaliser_.normalise(step, layout_, places, normalised_);
+  if (problem.empty()) {
+    problem = normaliser_.normalise(step, layout_, places, normalised_);
+    certain = normaliser_.certain_state();
+  }
   if (!problem.empty()) {
-    reject(runs_[i], step.line, problem);
+    reject(runs_[i], step.line, problem, certain);
     return false;
   }
   add(runs_[i], places, normalised_);
@@ -125,9 +129,10 @@ void EvidenceRecorder::add(const NormalisedStep& step, std::size_t i) {
   add(runs_[i], places_[i], step);
 }
 
-void EvidenceRecorder::reject(std::int64_t step, std::int64_t line, std::string_view problem, std::size_t i) {
+void EvidenceRecorder::reject(std::int64_t step, std::int64_t line, std::string_view problem, Index state,
+                              std::size_t i) {
   count(step);
-  reject(runs_[i], line, problem);
+  reject(runs_[i], line, problem, state);
 }
 
 void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
@@ -138,9 +143,12 @@ void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const Normali
   add_innovations(run, step);
 }
 
-void EvidenceRecorder::reject(OpenRun& run, std::int64_t line, std::string_view problem) {
-  RejectedRows& rejected = sums_.rejected[std::string(problem)];
-  if (rejected.count++ == 0) rejected.first = fmt::format("{}:{}", file_, line);
+void EvidenceRecorder::reject(OpenRun& run, std::int64_t line, std::string_view problem, Index state) {
+  const std::string reason = state < 0 ? std::string(problem)
+                                       : fmt::format("an error of {} where the covariance claims certainty",
+                                                     layout_.states[static_cast<std::size_t>(state)]);
+  RejectedRows& rejected = sums_.rejected[reason];
+  if (rejected.count++ == 0 && !file_.empty()) rejected.first = fmt::format("{}:{}", file_, line);
   for (RunInnovations& innovations : run.innovations) innovations.begin_step();
 }
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <filesystem>
 #include <map>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,8 +40,8 @@ class EvidenceRecorder {
   /// The next step of the open run, or of the i-th of them. False where it is rejected.
   bool add(const Step& step, std::size_t i = 0);
   void add(const NormalisedStep& step, std::size_t i = 0);
-  /// The next step of that run cannot be used; `line`: of its file.
-  void reject(std::int64_t step, std::int64_t line, std::string_view problem, std::size_t i = 0);
+  /// The next step of that run cannot be used; `line`: of its file; `state`: StepNormaliser::certain_state.
+  void reject(std::int64_t step, std::int64_t line, std::string_view problem, Index state, std::size_t i = 0);
   /// Of the step last added, until the next one.
   FactoredState factored() const { return {normaliser_.factor_of_state(), &normalised_}; }
   /// It ended so, at this step.
@@ -81,7 +80,7 @@ class EvidenceRecorder {
   BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
   /// The step that comes next, of any run: its entry.
   void count(std::int64_t step);
-  void reject(OpenRun& run, std::int64_t line, std::string_view problem);
+  void reject(OpenRun& run, std::int64_t line, std::string_view problem, Index state);
   void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);

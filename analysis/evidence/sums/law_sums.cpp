@@ -5,12 +5,14 @@
 #include <cmath>
 
 #include "analysis/evidence/sums/step_series.h"
+#include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/effective_sample.h"
 
 namespace credence::internal {
 namespace {
 
 constexpr std::size_t kMostGroups = 64;  // of rows of a run
+constexpr Index kOfEnds = 3;             // tenths of a run at each end
 
 /// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
 bool takes_vector(VectorMoments& moments, Index dim) {
@@ -128,7 +130,7 @@ bool StretchSums::takes(Index dim) {
   if (square.rows() == dim) return true;
   if (square.rows() > dim) return false;
   *this = {};
-  square = Matrix::Zero(dim, dim);
+  square = across = between = Matrix::Zero(dim, dim);
   return true;
 }
 
@@ -143,11 +145,19 @@ void StretchSums::add(const RunWhitened& run, const RunSamples& evenly) {
   samples += errors.cols();
   square += run.outer / static_cast<double>(run.squared);
   const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
+  Matrix tenths(run.outer.rows(), static_cast<Index>(kStretches));
   for (std::size_t i = 0; i < kStretches; ++i) {
     Vector sum = Vector::Zero(run.outer.rows());
     for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) sum += run.sums[g];
-    means.add(sum / rows);
+    tenths.col(static_cast<Index>(i)) = sum / rows;
+    means.add(tenths.col(static_cast<Index>(i)));
   }
+  const Vector first = tenths.leftCols<kOfEnds>().rowwise().mean();
+  const Vector last = tenths.rightCols<kOfEnds>().rowwise().mean();
+  across += 0.5 * (first * last.transpose() + last * first.transpose());
+  const Index pairs = tenths.cols() - 1;
+  const Matrix steps = tenths.rightCols(pairs) - tenths.leftCols(pairs);
+  between += steps * steps.transpose() / (2.0 * static_cast<double>(pairs));
 }
 
 void StretchSums::merge(const StretchSums& later) {
@@ -156,11 +166,25 @@ void StretchSums::merge(const StretchSums& later) {
   oscillating += later.oscillating;
   samples += later.samples;
   square += later.square;
+  across += later.across;
+  between += later.between;
   means.merge(later.means);
 }
 
 bool StretchSums::stand(double effective_rows) const {
-  return last(effective_rows) || oscillate(effective_rows);
+  return last(effective_rows) || oscillate(effective_rows) || persist(effective_rows);
+}
+
+bool StretchSums::persist(double effective_rows) const {
+  constexpr double kClearly = 2.5, kCounts = 0.5, kLevel = 0.05;
+  const auto of_runs = static_cast<double>(runs), dim = static_cast<double>(square.rows());
+  const double squares = across.squaredNorm(), trace = across.trace(), size = square.trace() / dim;
+  const double by_chance = between.norm() / (kOfEnds * std::sqrt(of_runs));
+  if (runs == 0 || !(size > 0.0) || !(trace > kClearly * by_chance)) return false;
+  const double seen = of_runs * trace * trace / squares;  // R d
+  const double perhaps = seen / chi_square_quantile(kLevel, seen);
+  const double of_mean = perhaps * std::sqrt(2.0 * squares / of_runs) / (size * dim);
+  return of_mean > kCounts * std::sqrt(2.0 / (dim * effective_rows));
 }
 
 bool StretchSums::last(double effective_rows) const {

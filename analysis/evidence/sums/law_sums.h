@@ -63,6 +63,8 @@ struct StretchSums {
   VectorMoments means{};     ///< of the averages
   double oscillating = 0.0;  ///< Σ over the runs of oscillating_share
   Index samples = 0;         ///< that it is of
+  Matrix across{};  ///< Σ over the runs of (a bᵀ + b aᵀ)/2, averages of their first and last three tenths
+  Matrix between{};  ///< Σ over the runs of half the mean square of what neighbouring tenths differ by
 
   /// Of a run of fewer than ten rows nothing; of files with other states those with most count.
   void add(const RunWhitened& run, const RunSamples& samples);
@@ -73,12 +75,18 @@ struct StretchSums {
   bool stand(double effective_rows) const;
   /// Whether one stays as it is over all of one run.
   bool stay() const;
-  /// Whether one lasts for tenths as it is; where errors stand and none does, one oscillates.
+  /// Whether one lasts for tenths as it is.
   bool last(double effective_rows) const;
+  /// Whether one oscillates over the runs (oscillating_share).
+  bool oscillate(double effective_rows) const;
+  /// Whether a part of the errors stays over the runs that moves their mean NEES by as much as chance does,
+  /// or may: a and b of `across` are alike then, by 2½ standard errors of what is forgotten between them,
+  /// which `between` tells. Of that part the runs show R d values, d the number of its directions, so that it
+  /// may be larger than it is seen by R d over the quantile of χ²(R d) at 5 %.
+  bool persist(double effective_rows) const;
 
  private:
   bool takes(Index dim);
-  bool oscillate(double effective_rows) const;
 };
 
 /// The average of u uᵀ over equal stretches of few runs, which are the units where the runs alone are too

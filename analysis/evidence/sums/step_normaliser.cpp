@@ -108,6 +108,7 @@ void StepNormaliser::Solved::clear() {
   of.dof = -1;
   factorised = false;
   problem = {};
+  certain = -1;
 }
 
 bool StepNormaliser::Solved::factor_few(const VectorRef& e, const MatrixRef& covariance) {
@@ -163,8 +164,9 @@ void StepNormaliser::Solved::normalise_by_rank(const VectorRef& e, const MatrixR
   if (!general.ok) {
     problem = general.reason;
   } else if (!std::isfinite(general.value)) {
-    problem = std::isfinite(general.whitened.squaredNorm()) ? "an error where the covariance claims certainty"
-                                                            : "an error too large to be squared";
+    const bool is_finite = std::isfinite(general.whitened.squaredNorm());
+    problem = is_finite ? kClaimedCertainty : "an error too large to be squared";
+    if (is_finite) certain = general.certain;
   } else {
     of.value = general.value;
     of.whitened = general.whitened;
@@ -188,6 +190,7 @@ void StepNormaliser::Solved::normalise(double e, double variance) {
 std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
                                            const StepPlaces& places, NormalisedStep& normalised) {
   state_.clear();
+  certain_state_ = -1;
   find_certain_states(step.estimate, step.error, step.P, certain_);
   if (certain_.empty()) return normalise_known(step, layout, places, normalised);
   Step known = step;
@@ -218,7 +221,10 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
   if (step.states.empty()) return {};
   if (layout.joint_covariance) {
     state_.normalise(step.error, step.P);
-    if (!state_.problem.empty()) return state_.problem;
+    if (!state_.problem.empty()) {
+      if (state_.certain >= 0) certain_state_ = step.states[static_cast<std::size_t>(state_.certain)];
+      return state_.problem;
+    }
     whole = state_.of;
     if (step.P.rows() <= kLargestTold) normalised.P = step.P;
     if (state_.factorised) normalised.log_determinant = state_.log_determinant();
@@ -245,7 +251,13 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     } else {
       block.normalise(own.error, own.P);
     }
-    if (!block.problem.empty()) return block.problem;
+    if (!block.problem.empty()) {
+      if (block.certain >= 0) {
+        const Index place = places[static_cast<std::size_t>(block.certain)];
+        certain_state_ = step.states[static_cast<std::size_t>(place)];
+      }
+      return block.problem;
+    }
     normalised.blocks[b] = block.of;
     if (layout.joint_covariance) continue;
     whole.value += block.of.value;

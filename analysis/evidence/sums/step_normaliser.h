@@ -32,6 +32,9 @@ Index lead_block(const RunLayout& layout);
 /// A pose in the plane and landmarks, each a block of its own.
 bool has_planar_map(const RunLayout& layout);
 
+/// Why a step cannot be used whose error lies where P claims certainty.
+inline constexpr std::string_view kClaimedCertainty = "an error where the covariance claims certainty";
+
 /// Normalises the errors and innovations of steps by their covariances, over the range of each.
 class StepNormaliser {
  public:
@@ -39,6 +42,9 @@ class StepNormaliser {
   /// semidefinite or not symmetric, or an error lies where P claims certainty.
   std::string_view normalise(const Step& step, const RunLayout& layout, const StepPlaces& places,
                              NormalisedStep& normalised);
+
+  /// The state of the layout of variance 0 whose error made the last step one that cannot be used; −1: none.
+  Index certain_state() const { return certain_state_; }
 
   /// The factor of P of the last step, of no more states than it takes; null where there is none, or where
   /// not the P of the step was judged.
@@ -52,6 +58,7 @@ class StepNormaliser {
     bool factorised = false;  ///< the covariance: by `factor`, or by `solver` where it is wide
     bool wide = false;        ///< of more states than `factor` takes
     std::string_view problem = {};
+    Index certain = -1;      ///< of its states (NormalisedError::certain)
     SmallCholesky factor{};  ///< one of each kind of value, so that none changes its size
     NeesSolver solver{};     ///< likewise
     BlockError block{};  ///< of blocks of some but not all states, but the one that leads and the position
@@ -85,6 +92,7 @@ class StepNormaliser {
   Solved state_;
   std::vector<Solved> blocks_, innovations_;
   std::vector<Index> certain_;  ///< states of the step that are known to the rounding of their estimate
+  Index certain_state_ = -1;
 };
 
 }  // namespace credence::internal

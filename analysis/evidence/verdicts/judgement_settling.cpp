@@ -129,16 +129,17 @@ void leave_open(const Evidence& e, Judgement& j) {
   v.verdict = Verdict::undecided;
   const bool stands = is_set_aside(e, j.single->time_average);
   const StretchSums& stretches = e.law.stretches;
-  const char* const does = stretches.stay() ? "stays as it is over all"
-                           : stretches.last(j.single->time_average.effective_steps)
-                               ? "lasts for a tenth of the"
-                               : "oscillates and is not forgotten in a tenth of the";
+  const double effective = j.single->time_average.effective_steps;
+  const char* const kind = stretches.stay()            ? "that stays as it is over all"
+                           : stretches.last(effective) ? "that lasts for a tenth of the"
+                           : stretches.oscillate(effective)
+                               ? "that oscillates and is not forgotten in a tenth of the"
+                               : "of which a part stays over all";
   const std::size_t rows = e.first_run.size();
-  v.reason =
-      stands ? fmt::format("in one run an error that {} {} rows cannot be told from a wrong P", does, rows)
-      : rows == 1 ? "one row is too few to decide"
-                  : fmt::format("one run of {} rows is worth {} independent ones, too few to decide", rows,
-                                number_text(j.effective_steps, 3));
+  v.reason = stands ? fmt::format("in one run an error {} {} rows cannot be told from a wrong P", kind, rows)
+             : rows == 1 ? "one row is too few to decide"
+                         : fmt::format("one run of {} rows is worth {} independent ones, too few to decide",
+                                       rows, number_text(j.effective_steps, 3));
   const double needed = j.single->rows_needed;
   if (!stands && needed > static_cast<double>(rows))
     v.reason += fmt::format(": its test takes some {:.0f} rows", needed);
@@ -158,7 +159,8 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
   if (j.nees.verdict == Verdict::undecided || series.values.empty()) return;
   ConsistencyVerdict& v = j.nees;
   SingleRunJudgement single;
-  // Two tests by the union bound, each at half the level.
+  // Two tests by the union bound, each at half the level; one of a run that has no ten stretches.
+  const double tests = series.values.size() < kTestedStretches ? 1.0 : 2.0;
   const double half = 1.0 - 0.5 * (1.0 - j.confidence);
   const std::vector<TimeAverageTest> averages = test_single_run(
       series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0}, memory / series.rows_per_value);
@@ -181,7 +183,7 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
   const bool tested = !std::isnan(p_average);
   const bool high = single.time_average.run_sum.mean > single.time_average.expected;
   const auto joined = [&](double p, bool side) {
-    return std::min(1.0, 2.0 * (tested && side ? std::min(p, p_average) : p));
+    return std::min(1.0, tests * (tested && side ? std::min(p, p_average) : p));
   };
   v.optimistic_p_value = joined(v.optimistic_p_value, high);
   v.pessimistic_p_value = joined(v.pessimistic_p_value, !high);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "core/nan.h"
 #include "core/number_text.h"
@@ -214,10 +215,21 @@ void leave_failed_open(const StudyStatistics& all, Judgement& j) {
 }
 
 void leave_rejected_open(const Evidence& e, Judgement& j) {
-  if (is_unsafe(j.word.verdict)) return;
   std::int64_t judged = e.has_truth ? j.nees.count : j.nis.count;
   for (const BlockVerdict& block : j.blocks) judged = std::max(judged, block.verdict.count);
-  const std::int64_t rejected = e.rejected_rows(), all = rejected + judged;
+  // The engine judges rows of its own by the states that have a variance.
+  const std::int64_t rejected = e.rejected_rows(), all = std::min(rejected + judged, e.rows);
+  const auto singular = e.rejected.find(std::string(kClaimedCertainty));
+  if (singular != e.rejected.end() && 2 * singular->second.count > all) {
+    return leave_word_open(
+        fmt::format(
+            "in {} of {} rows the error lies in part in a direction in which P is singular, and whether "
+            "it does in the others is a matter of rounding: log errors of as few components as P has "
+            "directions, as the three of an attitude and not the four of its quaternion",
+            singular->second.count, all),
+        j);
+  }
+  if (is_unsafe(j.word.verdict)) return;
   if (static_cast<double>(rejected) <= kMostLost * static_cast<double>(all)) return;
   const auto count = [](const auto& of_reason) { return of_reason.second.count; };
   leave_word_open(

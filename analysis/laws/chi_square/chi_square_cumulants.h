@@ -25,9 +25,6 @@ struct Cumulants {
   Cumulants operator*(double factor) const { return {factor * mean, factor * variance, factor * third}; }
 };
 
-/// The cumulants of χ²(dof): dof, 2 dof, 8 dof.
-inline Cumulants chi_square_cumulants(double dof) { return {dof, 2.0 * dof, 8.0 * dof}; }
-
 /// min(1, 2 min(P(X ≤ x), P(X ≥ x))); NaN for a NaN x. Throws std::invalid_argument unless the cumulants are
 /// finite and the variance positive.
 double two_sided_p_value(double x, const Cumulants& cumulants);

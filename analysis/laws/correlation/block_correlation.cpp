@@ -23,7 +23,7 @@ Cumulants log_lambda_cumulants(double values, Index p, Index q) {
 }  // namespace
 
 BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first) {
-  BlockCorrelationTest result{.values = u.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
+  BlockCorrelationTest result{.values = u.count, .largest = kNaN, .p_value = kNaN};
   const Index n = u.mean.size();
   if (u.count == 0) {
     result.reason = "no values";
@@ -31,7 +31,6 @@ BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first)
   }
   if (first <= 0 || first >= n) throw std::invalid_argument("both groups need a component");
   const double values = static_cast<double>(u.count), dim = static_cast<double>(n);
-  result.dof = static_cast<double>(first * (n - first));
   if (values <= dim + 1.0) {
     result.reason = "not more values than components";
     return result;
@@ -49,7 +48,6 @@ BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first)
     return result;
   }
   result.largest = R->topRightCorner(first, rest).cwiseAbs().maxCoeff();
-  result.statistic = -(values - 1.0 - 0.5 * (dim + 1.0)) * std::min(0.0, log_lambda);
   result.p_value = upper_p_value(-log_lambda, log_lambda_cumulants(values, first, rest));
   return result;
 }

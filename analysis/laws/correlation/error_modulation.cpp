@@ -177,6 +177,7 @@ Modulation error_modulation(const MatrixRef& z) {
     Windows windows = over_windows(up, rows / parts);
     if (parts == kEighths && windows.largest_share > kMostOfOne) return {};
     expected.push_back(std::move(windows.average));
+    expected.push_back(over_windows(normalised, rows / parts).average);
   }
   Vector sizes = normalised.rowwise().squaredNorm();
   sizes.array() -= sizes.mean();

@@ -188,7 +188,7 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
   WhitenessTest result;
   result.values = products.pairs(0);
   result.dim = products.dim();
-  result.statistic = result.p_value = result.share_outside = kNaN;
+  result.statistic = result.p_value = kNaN;
   result.reason = reason_not_to_test(products);
   if (!result.reason.empty()) return result;
   const std::vector<Matrix> standardised = standardised_products(products);
@@ -204,7 +204,6 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
   // The squares of many lags of few values depend on each other.
   constexpr double kOfRoot = 0.6;
   const Index most = std::max<Index>(1, static_cast<Index>(kOfRoot * std::sqrt(values)));
-  Index outside = 0;
   for (Index h = 1; const Matrix& correlation : standardised) {
     const double pairs = static_cast<double>(products.pairs(h));
     if (h++ <= most) {
@@ -214,9 +213,7 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
     const double per_pair = values / pairs;
     result.autocorrelation.push_back(per_pair * correlation.trace() / dim);
     result.band.push_back(z * per_pair * std::sqrt(pairs / (dim * values * (values + 2.0))));
-    outside += std::abs(result.autocorrelation.back()) > result.band.back() ? 1 : 0;
   }
-  result.share_outside = static_cast<double>(outside) / static_cast<double>(result.band.size());
   result.statistic = statistic;
   result.p_value = chi_square_survival(statistic, result.dof);
   result.white = result.p_value > 1.0 - confidence;

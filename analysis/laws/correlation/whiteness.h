@@ -66,7 +66,6 @@ struct WhitenessTest {
   Index dim = 0;
   std::vector<double> autocorrelation;  ///< lags 1 … H, averaged over the components
   std::vector<double> band;             ///< half-width of the pointwise band around 0 at `confidence`
-  double share_outside = 0.0;           ///< of the lags outside their band
   double statistic = 0.0;               ///< ~ χ²(dof) when white
   double dof = 0.0;                     ///< m² for each lag that is tested
   double p_value = 0.0;

@@ -44,7 +44,7 @@ JointTests join_tests(std::span<const TestFamily> families) {
   const FlatTests flat = flatten(families);
   const std::vector<double> adjusted = weighted_holm(flat.p_values, flat.weights);
   JointTests joint;
-  double least_ratio = 0.0;
+  bool any = false;
   std::size_t i = 0;
   for (std::size_t f = 0; f < families.size(); ++f) {
     std::vector<double>& own = joint.adjusted.emplace_back();
@@ -53,16 +53,11 @@ JointTests join_tests(std::span<const TestFamily> families) {
       if (std::isnan(adjusted[i])) continue;
       double& least = least_of(joint, families[f].tests[t].departure);
       least = std::min(least, adjusted[i]);
-      const double ratio = flat.p_values[i] / flat.weights[i];
-      if (!joint.first || ratio < least_ratio) {
-        least_ratio = ratio;
-        joint.first = TestPlace{.family = f, .test = t};
-      }
+      any = true;
     }
   }
-  joint.p_value = joint.first
-                      ? std::min({joint.optimistic_p_value, joint.pessimistic_p_value, joint.other_p_value})
-                      : kNaN;
+  joint.p_value =
+      any ? std::min({joint.optimistic_p_value, joint.pessimistic_p_value, joint.other_p_value}) : kNaN;
   return joint;
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,13 +35,6 @@ struct TestFamily {
   std::span<const DirectedTest> tests;
 };
 
-/// A place among the families.
-struct TestPlace {
-  std::size_t family = 0;
-  std::size_t test = 0;
-  bool operator==(const TestPlace&) const = default;
-};
-
 /// What they say together.
 struct JointTests {
   std::vector<std::vector<double>> adjusted;  ///< p-values as the families; ≤ α: rejected
@@ -51,7 +42,6 @@ struct JointTests {
   double optimistic_p_value = 1.0;            ///< the least adjusted of this departure; 1 without one
   double pessimistic_p_value = 1.0;
   double other_p_value = 1.0;
-  std::optional<TestPlace> first;  ///< the test that is rejected first when the level grows
 
   bool optimistic(double level) const { return optimistic_p_value <= level; }
   bool pessimistic(double level) const { return pessimistic_p_value <= level; }

@@ -80,26 +80,21 @@ std::size_t long_enough(const std::vector<std::size_t>& lengths, double shortest
 
 }  // namespace
 
-NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
+double linear_effective_steps(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
   const std::size_t steps = covariances.size();
   if (transitions.size() != steps || steps == 0) {
     throw std::invalid_argument(
         fmt::format("{} transitions and {} covariances: as many of each", transitions.size(), steps));
   }
   std::vector<Matrix> W;
-  std::vector<Index> offset{0};
+  double total = 0.0;
   for (const Matrix& P : covariances) {
     if (!is_psd(P)) throw std::invalid_argument("a covariance is not finite or not positive semidefinite");
     W.push_back(psd_whitening(P));
-    offset.push_back(offset.back() + W.back().rows());
+    total += static_cast<double>(W.back().rows());
   }
-  const Index total = offset.back();
-  constexpr Index kLargestExact = 600;
-  const bool exact_third = total <= kLargestExact;
 
-  NeesTimeLaw law;
   Matrix norms = Matrix::Zero(static_cast<Index>(steps), static_cast<Index>(steps));
-  Matrix C = exact_third ? Matrix::Identity(total, total) : Matrix();
   for (std::size_t l = 0; l < steps; ++l) {
     const Index col = static_cast<Index>(l);
     norms(col, col) = static_cast<double>(W[l].rows());
@@ -109,25 +104,9 @@ NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<
       const Matrix block = W[k] * propagated;
       const Index row = static_cast<Index>(k);
       norms(row, col) = norms(col, row) = block.squaredNorm();
-      if (exact_third) {
-        C.block(offset[k], offset[l], block.rows(), block.cols()) = block;
-        C.block(offset[l], offset[k], block.cols(), block.rows()) = block.transpose();
-      }
     }
   }
-  law.run_sum.mean = static_cast<double>(total);
-  law.run_sum.variance = 2.0 * norms.sum();
-  law.run_sum.third = exact_third ? 8.0 * (C * C).cwiseProduct(C).sum()
-                                  : 2.0 * law.run_sum.variance * law.run_sum.variance / law.run_sum.mean;
-  const Vector root = norms.diagonal().cwiseSqrt();
-  law.correlation = Matrix::Zero(norms.rows(), norms.cols());
-  for (Index k = 0; k < norms.rows(); ++k) {
-    for (Index l = 0; l < norms.cols(); ++l) {
-      if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = norms(k, l) / (root(k) * root(l));
-    }
-  }
-  law.effective_steps = static_cast<double>(steps) * 2.0 * static_cast<double>(total) / law.run_sum.variance;
-  return law;
+  return static_cast<double>(steps) * 2.0 * total / (2.0 * norms.sum());
 }
 
 TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence) {

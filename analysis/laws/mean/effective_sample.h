@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "analysis/evidence/verdicts/verdict.h"
-#include "analysis/laws/chi_square/chi_square_cumulants.h"
 #include "analysis/laws/mean/student.h"
 #include "core/nan.h"
 #include "core/types.h"
@@ -22,21 +21,14 @@
 
 namespace credence::internal {
 
-/// The law of the NEES of one run of a consistent filter.
-struct NeesTimeLaw {
-  Matrix correlation;          ///< of the NEES between steps, T×T; steps of dof 0 have zeros
-  Cumulants run_sum;           ///< of Σ_k ε_k
-  double effective_steps = 0;  ///< independent steps with the same variance of the average
-};
-
-/// The exact law for a linear filter whose error moves as e_k = A_k e_{k−1} + noise with covariance P_k:
-/// C_kl = W_k A_k … A_{l+1} P_l W_lᵀ with W_k P_k W_kᵀ = I on the range of P_k.
+/// Independent steps with the same variance of the average NEES, T · 2 Σ n_k / Var(Σ_k ε_k), by the exact law
+/// of a linear filter whose error moves as e_k = A_k e_{k−1} + noise with covariance P_k: C_kl = W_k A_k …
+/// A_{l+1} P_l W_lᵀ with W_k P_k W_kᵀ = I on the range of P_k.
 ///
 /// transitions[k] = A_k = (I − K_k H) F (transitions[0] is not used), covariances[k] = P_k. For a consistent
-/// filter P_k is both the claimed and the true covariance. The third cumulant is exact, 8 tr C³, up to a
-/// total dof of 600, beyond that of a multiple of χ². Cost T² n³. Throws std::invalid_argument for sizes that
-/// differ or a P that is not positive semidefinite.
-NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
+/// filter P_k is both the claimed and the true covariance. Cost T² n³. Throws std::invalid_argument for sizes
+/// that differ or a P that is not positive semidefinite.
+double linear_effective_steps(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
 
 /// Test of the average over time and runs, from the sums over time of independent runs.
 struct TimeAverageTest {

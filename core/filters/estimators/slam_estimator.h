@@ -113,7 +113,6 @@ class SlamEstimator {
   Vector& x() { return x_; }
   const Vector& x() const { return x_; }
   Matrix& P() { return P_; }
-  const Matrix& P() const { return P_; }
   PoseMatrix pose_covariance() const;
   /// P over the states seen(), full.
   Eigen::Map<Matrix> seen_covariance();

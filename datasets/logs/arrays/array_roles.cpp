@@ -81,9 +81,8 @@ std::string ArrayRoles::scalars_text() const {
   const std::uint64_t n = pair->runs, m = pair->steps;
   const std::string &vectors = file_.arrays()[pair->vectors].name,
                     &matrices = file_.arrays()[pair->matrices].name;
-  const std::string read =
-      fmt::format("{0} and {1} ({2}, {3}) are read as {2} runs of {3} step{4} of one number", vectors,
-                  matrices, n, m, m == 1 ? "" : "s");
+  const std::string read = fmt::format("{0} and {1} ({2}, {3}) are read as {2} runs of {4} of one number",
+                                       vectors, matrices, n, m, counted(m, "step"));
   if (m == 1) return fmt::format("{}; one run of {} steps is (1, {}).", read, n, n);
   return fmt::format("{}; of {} steps of {} states {} is ({}, {}, {}), with the variances on the diagonal.",
                      read, n, m, matrices, n, m, m);

@@ -63,7 +63,7 @@ void PairReader::read(std::uint64_t run, std::uint64_t step, std::vector<Index>&
   }
   if (!matrix.allFinite()) {
     problem = "a covariance is not finite";
-  } else if (!make_symmetric(matrix, kMostAsymmetry)) {
+  } else if (!make_symmetric(matrix)) {
     problem = "a covariance is not symmetric";
   }
 }
@@ -115,7 +115,7 @@ const Matrix& NoiseReader::at(std::uint64_t run, std::uint64_t step) {
 bool NoiseReader::take(const double* numbers, std::uint64_t dim) {
   const auto m = static_cast<Index>(dim);
   noise_ = Eigen::Map<const Matrix>(numbers, m, m);
-  return (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_, kMostAsymmetry);
+  return (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_);
 }
 
 TimeReader::TimeReader(ArrayFile& file, std::uint64_t runs, std::uint64_t steps,

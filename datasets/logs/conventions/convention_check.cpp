@@ -94,7 +94,8 @@ ChartFindings ConventionCheck::charts() const {
           transported(s.truth_covariance, s.truth, kFixedAxes, declared_.axes);
       P = (J * P * J.transpose()).eval();
     });
-    if (samples_.size() >= kFewestForReading) nees.p_value = fit(reading).p_value;
+    if (samples_.size() >= kFewestForReading && std::isfinite(nees.as_written))
+      nees.p_value = fit(reading).p_value;
     findings.charts.push_back(std::move(nees));
   }
   return findings;
@@ -119,6 +120,8 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
     }
   }
   if (!charts_asked_ && !(most > kDiffer * least)) return "";
+  if (!std::isfinite(least_carried))
+    return "Charts cannot be compared: the covariance of the pose is singular.";
   return fmt::format(
       "What the covariance speaks of matters here; mean NEES of the pose (6 expected) if what is written "
       "were of the chart: {}. Judged is {} (--chart), a choice to be made before these numbers are looked "

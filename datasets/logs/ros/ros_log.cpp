@@ -134,7 +134,6 @@ class PoseStream {
   const std::set<std::string>& children() const { return children_; }
   double first_s() const { return first_s_; }
   double last_s() const { return last_s_; }
-  std::int64_t used() const { return used_; }
 
  private:
   std::string topic_, child_frame_, frame_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 
+#include "core/append_item.h"
 #include "core/control_characters.h"
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/key_fields.h"
@@ -57,14 +58,12 @@ class WrittenMatrix {
   void require_shape(Index rows, Index columns, const std::string& shape) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (std::ssize(rows_[i]) == columns && columns > 0) continue;
-      wrong(fmt::format("must be {}; row {} has {} number{}", shape, i + 1, rows_[i].size(),
-                        rows_[i].size() == 1 ? "" : "s"));
+      wrong(fmt::format("must be {}; row {} has {}", shape, i + 1, counted(rows_[i].size(), "number")));
     }
     if (rows < 0 || std::ssize(rows_) == rows || std::ssize(rows_) == period_ * rows) return;
     const std::string repeated =
         period_ == 1 ? "" : fmt::format(", or {} of them one above the other, as {} is", period_, kPeriod);
-    wrong(fmt::format("must be {}{}; it has {} row{}", shape, repeated, rows_.size(),
-                      rows_.size() == 1 ? "" : "s"));
+    wrong(fmt::format("must be {}{}; it has {}", shape, repeated, counted(rows_.size(), "row")));
   }
 
   /// A covariance of this dimension.
@@ -161,7 +160,7 @@ void check_world(const Scenario& scenario, const Refusal& refuse) {
   const WrittenMatrix F = written("F"), H = written("H"), R = written("R");
   const Index period = period_of(scenario);
   const Index n = period == 1 ? F.rows() : F.columns();
-  F.require_shape(n, n, fmt::format("square; it has {} row{}", n, n == 1 ? "" : "s"));
+  F.require_shape(n, n, fmt::format("square; it has {}", counted(n, "row")));
   const std::string F_shape = shape_of("world.F", n, n);
   H.require_shape(-1, n, fmt::format("m×{}, as {}", n, F_shape));
   const Index m = period == 1 ? H.rows() : R.columns();

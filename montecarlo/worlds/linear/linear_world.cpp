@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
@@ -67,7 +68,7 @@ std::string linear_text(const Scenario& scenario) {
   const double seen = scenario.noise.detection_probability;
   const Index period = integer_value(scenario, "world.period");
   return fmt::format(
-      "linear, {} state{}, {} measurement{}{}{}{}{}{}", n, n == 1 ? "" : "s", m, m == 1 ? "" : "s",
+      "linear, {}, {}{}{}{}{}{}", counted(n, "state"), counted(m, "measurement"),
       period == 1 ? "" : fmt::format(", of period {}", period),
       seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "",
       noise_switches_text(scenario), own_matrices_text(scenario),

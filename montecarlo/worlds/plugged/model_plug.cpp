@@ -163,8 +163,10 @@ bool FunctionEkf::update(const Vector& z) {
   x_ += K * nu_;
   wrap_angles(x_, state_angles_);
   const Matrix T = Matrix::Identity(x_.size(), x_.size()) - K * H;
+  const Vector before = P_.diagonal();
   P_ = (T * P_ * T.transpose() + K * model_.R * K.transpose()).eval();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
+  clear_rounded_variances(P_, before);
   return true;
 }
 

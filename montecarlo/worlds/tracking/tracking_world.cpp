@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/linear/linear_world.h"
@@ -96,9 +97,9 @@ std::string tracking_size_text(const Scenario& scenario) {
 
 std::string tracking_text(const Scenario& scenario) {
   const Index d = dimensions(scenario);
-  return fmt::format("target of nearly constant velocity in {} dimension{}, {} measured{}{}", d,
-                     d == 1 ? "" : "s", measures_position(scenario) ? "position" : "range and bearing",
-                     detection_text(scenario), noise_switches_text(scenario));
+  return fmt::format("target of nearly constant velocity in {}, {} measured{}{}", counted(d, "dimension"),
+                     measures_position(scenario) ? "position" : "range and bearing", detection_text(scenario),
+                     noise_switches_text(scenario));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/json_numbers.h"
@@ -170,7 +171,7 @@ ColourRole role_of(TimedFilter filter) {
 }
 
 Panel step_panel(const TimingResult& result, Index observed) {
-  Panel panel{.title = fmt::format("{} landmark{} observed", observed, observed == 1 ? "" : "s"),
+  Panel panel{.title = counted(observed, "landmark") + " observed",
               .x_label = "landmarks N",
               .y_label = "time of a step (µs)",
               .log_x = true,

@@ -52,7 +52,7 @@ std::int64_t whole_number(const Json& in, const char* key) {
 /// What the states and blocks of two results are, where they differ; else "".
 std::string other_states(const CheckedLogs& logs, const Json& before) {
   const auto described = [](std::int64_t states, const std::set<std::string>& blocks) {
-    return fmt::format("{} state{}{}{}", states, states == 1 ? "" : "s", blocks.empty() ? "" : " in ",
+    return fmt::format("{}{}{}", counted(states, "state"), blocks.empty() ? "" : " in ",
                        fmt::join(blocks, ", "));
   };
   std::set<std::string> blocks, blocks_before;

@@ -55,7 +55,8 @@ void add_rejected(Document& document, const Evidence& s) {
                                                 s.rejected_rows(), s.rows));
   std::vector<std::string> items;
   for (const auto& [reason, rows] : s.rejected) {
-    items.push_back(fmt::format("{} rows: {}; the first is {}", rows.count, reason, rows.first));
+    items.push_back(fmt::format("{} rows: {}{}", rows.count, reason,
+                                rows.first.empty() ? "" : "; the first is " + rows.first));
   }
   document.bullets(std::move(items));
 }
@@ -81,6 +82,7 @@ void add_tests(Document& document, const CheckedLogs& logs, const std::string& n
 /// Whether errors beside P are all that tells it.
 bool told_by_errors(Cause cause) {
   constexpr Cause kCauses[] = {Cause::covariance_scale,
+                               Cause::covariance_at_steps,
                                Cause::claimed_sigma,
                                Cause::shared_noise,
                                Cause::cross_covariance,
@@ -141,10 +143,14 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 std::vector<std::string> CheckedLogs::advice() const {
   std::vector<std::string> all = mistakes;
   std::ranges::move(advice_sentences(analysis.judgement), std::back_inserter(all));
-  if (analysis.judgement.word.verdict == Verdict::pessimistic && analysis.evidence.study.runs == 1) {
-    all.emplace_back(
-        "One run cannot tell a covariance that is too large from one that rightly holds an error which stays "
-        "over a run, and happens to be small in this one: further runs can.");
+  constexpr std::int64_t kFew = 5;
+  const std::int64_t runs = analysis.evidence.study.runs;
+  if (analysis.judgement.word.verdict == Verdict::pessimistic && runs < kFew) {
+    all.push_back(
+        fmt::format("{} cannot {} a covariance that is too large from one that rightly holds an error which "
+                    "stays over a run, and happens to be small in {}: further runs can.",
+                    runs == 1 ? "One run" : "So few runs", runs == 1 ? "tell" : "surely tell",
+                    runs == 1 ? "this one" : "these"));
   }
   return all;
 }

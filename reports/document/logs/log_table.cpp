@@ -79,9 +79,6 @@ void add_over_time(ReportTable& table, const Judgement& a) {
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   const Evidence& s = logs.analysis.evidence;
-  const auto counted = [](std::int64_t n, const char* what) {
-    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-  };
   const std::string files = logs.files == 0 ? "" : " in " + counted(logs.files, "file");
   table.notes.push_back(fmt::format("{} of {}{} ({}).{}", counted(s.rows, "row"),
                                     counted(s.study.runs, "run"), files, logs.format,
@@ -89,9 +86,9 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   if (s.step_stride > 1) {
     table.notes.push_back(
         fmt::format("These runs are longer than {} steps. What is judged step by step, and the values "
-                    "counted above, are of every {}{} step; averages of runs, the factor on P and tests of "
+                    "counted above, are of every {} step; averages of runs, the factor on P and tests of "
                     "innovations over time are of all.",
-                    kMostSteps, s.step_stride, s.step_stride % 10 == 2 ? "nd" : "th"));
+                    kMostSteps, ordinal(s.step_stride)));
   }
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
@@ -115,7 +112,8 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
         "a bias that all sensors share, cannot be known from them.");
   }
   for (const auto& [reason, rows] : s.rejected) {
-    table.notes.push_back(fmt::format("REJECTED: {} rows, {} (first: {}).", rows.count, reason, rows.first));
+    table.notes.push_back(fmt::format("REJECTED: {} rows, {}{}.", rows.count, reason,
+                                      rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
   }
   if (s.rejected.contains("a zero variance has a covariance")) {
     table.notes.emplace_back(

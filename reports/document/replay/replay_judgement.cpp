@@ -16,6 +16,8 @@
 namespace credence::internal {
 namespace {
 
+constexpr double kReplayConfidence = 0.95;
+
 MapConsistency map_of(const ReplayResult& result) {
   std::vector<Point> truth, estimate;
   for (const ReplayLandmark& landmark : result.map) {
@@ -78,10 +80,10 @@ std::string about_reference(const ReplayResult& result) {
 }
 
 /// What the scale that suits the innovations would do to the map's shape; empty unless it contradicts it.
-std::string contradiction(const NormalisedError& shape, double scale, double confidence) {
+std::string contradiction(const NormalisedError& shape, double scale) {
   if (!shape.ok || !(scale > 0.0)) return "";
   const double scaled = shape.value / scale;
-  if (two_sided_p_value(scaled, static_cast<double>(shape.dof)) > 1.0 - confidence) return "";
+  if (two_sided_p_value(scaled, static_cast<double>(shape.dof)) > 1.0 - kReplayConfidence) return "";
   return fmt::format(
       "With all variances × {} the mean NIS would be the expected one, and the NEES of the map's shape {} "
       "with {} dof: no single scale suits both.",
@@ -116,8 +118,8 @@ std::string about_linearisation(std::span<const ReportedReplay> replays) {
 }
 
 /// What is not judged, and what the tests assume.
-std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<const ReportedReplay> replays,
-                                   double confidence) {
+std::vector<std::string> limits_of(const ReplayJudgement& judgement,
+                                   std::span<const ReportedReplay> replays) {
   const ReplayResult& first = replays.front().result;
   const double gate = first.settings.filter.gate;
   std::vector<std::string> limits{about_reference(first)};
@@ -135,7 +137,7 @@ std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<c
   if (first.settings.filter.inflation != Inflation::none)
     limits.emplace_back("P is inflated to decorrelate it: pessimistic is what inflation is meant to be.");
   if (replays.size() == 1 && gate <= 0.0) {
-    std::string words = contradiction(judgement.maps.front().shape, judgement.noise_scale.scale, confidence);
+    std::string words = contradiction(judgement.maps.front().shape, judgement.noise_scale.scale);
     if (!words.empty()) limits.push_back(std::move(words));
   }
   limits.emplace_back(
@@ -151,7 +153,7 @@ std::string replay_name(const ReplayResult& result) {
   return result.run.empty() ? result.dataset : result.dataset + ", " + result.run;
 }
 
-ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double confidence) {
+ReplayJudgement judge_replays(std::span<const ReportedReplay> replays) {
   const double gate = common_gate(replays);
   ReplayJudgement judgement;
   std::vector<std::filesystem::path> names;
@@ -167,7 +169,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
     read_replay(replay, keeping);
   };
   LogJudgeResult read_logs = judge_logs(names, read, {.threads = 1});
-  judgement.noise_scale = noise_scale(nis, 2.0, gate, confidence);
+  judgement.noise_scale = noise_scale(nis, 2.0, gate, kReplayConfidence);
   const NoiseScale& noise = judgement.noise_scale;
   CheckedLogs& logs = judgement.logs;
   logs.name = fmt::format("EKF-SLAM on {}",
@@ -175,7 +177,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
   logs.format = "replayed observations, and the filter beside its reference";
   judge_collected(
       std::move(read_logs.evidence), std::move(read_logs.calibration),
-      {.confidence = confidence,
+      {.confidence = kReplayConfidence,
        .gate = gate,
        .scale_innovation =
            noise.reason.empty()
@@ -185,7 +187,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
            read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr,
        .run_names = std::move(read_logs.run_names)},
       {}, logs);
-  logs.remarks = limits_of(judgement, replays, confidence);
+  logs.remarks = limits_of(judgement, replays);
   return judgement;
 }
 

@@ -28,7 +28,7 @@ struct ReplayJudgement {
 
 /// Judges replays of one data set as the logs that read_replay makes of them, within the gate that they have.
 /// Throws std::invalid_argument for gates that differ, and DataError for a run that is there twice.
-ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double confidence = 0.95);
+ReplayJudgement judge_replays(std::span<const ReportedReplay> replays);
 
 /// "carpark", "mrclam, robot 1".
 std::string replay_name(const ReplayResult& result);

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "analysis/evidence/causes/advice.h"
+#include "core/append_item.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "core/number_text.h"
@@ -158,9 +159,8 @@ ReportTable tests_table(const Judgement& j) {
     table.add({test.name, test.says, p_value_text(test.p_value), p_value_text(test.adjusted), says});
   }
   table.notes = {
-      fmt::format(
-          "Over {} run{}, NEES and NIS over all of a study. Each p-value holds its own false-alarm rate.",
-          j.runs, j.runs == 1 ? "" : "s"),
+      fmt::format("Over {}, NEES and NIS over all of a study. Each p-value holds its own false-alarm rate.",
+                  counted(j.runs, "run")),
       fmt::format(
           "adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % probability.",
           alpha, 100.0 * alpha)};
@@ -191,9 +191,11 @@ std::string stop_sentence(const StudyAnalysis& a) {
 }
 
 std::string exact_sentence(const StudyAnalysis& a) {
-  double nees = 0.0, nis = 0.0;
+  constexpr double kRounding = 1e-9;
+  double nees = 0.0, nis = 0.0, outside = 0.0;
   Index nees_dof = 0, nis_dof = 0;
   for (const ExactMoments& step : a.exact) {
+    outside = std::max(outside, step.outside);
     nees += step.nees;
     nees_dof += step.nees_dof;
     nis += step.nis;
@@ -204,10 +206,16 @@ std::string exact_sentence(const StudyAnalysis& a) {
   const auto per_step = [steps](double sum) { return number_text(sum / steps, 4); };
   return fmt::format(
       "Exact, without sampling noise: mean NEES {} of {} (scaling P by {} would make it right), mean NIS {} "
-      "of {}.",
+      "of {}.{}",
       per_step(nees), per_step(static_cast<double>(nees_dof)),
       number_text(nees / static_cast<double>(nees_dof), 4), per_step(nis),
-      per_step(static_cast<double>(nis_dof)));
+      per_step(static_cast<double>(nis_dof)),
+      outside <= kRounding
+          ? ""
+          : fmt::format(
+                " That is where P has a variance: up to {} % of that of the errors is where it claims "
+                "certainty, and there P is too small.",
+                percent_text(outside)));
 }
 
 namespace {
@@ -216,7 +224,9 @@ namespace {
 void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) {
   const double alpha = 1.0 - b.confidence;
   const std::string proof = proof_sentence(b);
-  if (!proof.empty() && !is_inconsistent(b.word.verdict)) sentences.push_back("Proved: " + proof);
+  const Verdict word = b.word.verdict;
+  if (!proof.empty() && !is_inconsistent(word) && word != Verdict::undecided)
+    sentences.push_back("Proved: " + proof);
   const ShapeJudgement& shape = b.law.shape;
   // Proved of Gaussian errors only.
   if (shape.proved_within <= 1.0 && b.word.verdict == Verdict::consistent) {
@@ -226,16 +236,17 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   const SecondMomentTest& second = b.law.second_moments.test;
   if (second.reason.empty()) {
     const double p = std::min(second.p_value.optimistic, second.p_value.pessimistic);
+    const bool alone = p <= alpha && !is_inconsistent(word);
     sentences.push_back(
-        fmt::format("Without assuming Gaussian errors: their mean squares over all rows {} P{} ({}); the "
-                    "largest deviation "
-                    "is in the direction of {}, a factor of {} ({} … {}).",
+        fmt::format("Without assuming Gaussian errors: their mean squares over all rows {} P{} ({}{}); the "
+                    "most certain deviation is in the direction of {}, a factor of {} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty()
                         ? ""
                         : fmt::format(" of the block {}, the only one looked at in so large a state",
                                       b.law.second_moments.of),
-                    p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    p_value_statement(p), alone ? ", which is no evidence among so many tests" : "",
+                    b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
   const ScoreJudgement& log = b.law.log_score;
@@ -462,10 +473,10 @@ Figure evidence_figure(const std::string& name, const Judgement& j) {
   constexpr std::size_t kSensors = 3;
   Figure figure{.name = name + "-battery",
                 .caption = fmt::format(
-                    "Further tests, over {} run{}: the values of NIS taken through their distribution "
+                    "Further tests, over {}: the values of NIS taken through their distribution "
                     "function, which makes them uniform; the correlation of the normalised innovation with "
                     "itself in time",
-                    j.runs, j.runs == 1 ? "" : "s")};
+                    counted(j.runs, "run"))};
   for (std::size_t i = 0; i < std::min(kSensors, j.sensors.size()); ++i) {
     const SensorJudgement& sensor = j.sensors[i];
     if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));

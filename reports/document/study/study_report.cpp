@@ -88,9 +88,10 @@ std::string single_answer(const StudyAnalysis& a) {
       return fmt::format("This covariance is larger than the errors{}: {}",
                          is_inflated(a) ? ", as inflation makes it" : "", fault_clause(a));
     case Verdict::not_gaussian: return fmt::format("{}: {}", a.scenario.name, a.word.says);
-    case Verdict::undecided:
-      return fmt::format("{} is undecided{}", a.scenario.name,
-                         a.nees.reason.empty() ? "" : ": " + a.nees.reason);
+    case Verdict::undecided: {
+      const std::string& reason = a.judgement ? a.judgement->nees.reason : a.nees.reason;
+      return fmt::format("{} is undecided{}", a.scenario.name, reason.empty() ? "" : ": " + reason);
+    }
     default: return "No evidence that this covariance is wrong";
   }
 }

@@ -48,7 +48,7 @@ TEST(StudyPlan, PlannedRunsHaveThePlannedPower) {
   constexpr int kStudies = 300;
   const SyntheticFilter filter({});
   VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0};
-  design.effective_steps = linear_nees_time_law(filter.transitions(), filter.covariances()).effective_steps;
+  design.effective_steps = linear_effective_steps(filter.transitions(), filter.covariances());
   VerdictDesign white = design;
   white.white = true;
   design = simulated(design, 1000);

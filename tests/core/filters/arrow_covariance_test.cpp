@@ -64,12 +64,6 @@ TEST(ArrowCovariance, NeesIsThatOfTheDenseMatrix) {
       const double expected = e.dot(P.llt().solve(e));
       EXPECT_NEAR(nees.nees, expected, 1e-12 * expected);
       EXPECT_EQ(nees.dof, layout.state_dim());
-      const Vector head = e.head(nr);
-      EXPECT_NEAR(nees.vehicle_nees, head.dot(P.topLeftCorner(nr, nr).llt().solve(head)), 1e-12 * expected);
-      EXPECT_EQ(nees.vehicle_dof, nr);
-      const Vector own = e.segment(layout.landmark_offset(7), d);
-      const Matrix block = P.block(layout.landmark_offset(7), layout.landmark_offset(7), d, d);
-      EXPECT_NEAR(landmark_nees(e, arrow, 7), own.dot(block.llt().solve(own)), 1e-12 * expected);
     }
   }
 }
@@ -88,7 +82,6 @@ TEST(ArrowCovariance, StatesWithoutVarianceAreNoDegreesOfFreedom) {
   const double expected = e.dot(P.llt().solve(e));
   ASSERT_TRUE(nees.positive_definite);
   EXPECT_EQ(nees.dof, 9);
-  EXPECT_EQ(nees.vehicle_dof, 2);
   EXPECT_NEAR(nees.nees, expected, 1e-12 * expected);
 }
 
@@ -99,7 +92,6 @@ TEST(ArrowCovariance, WhatIsNotPositiveDefiniteIsSaidToBe) {
   Matrix block = P;
   block(5, 5) = -1.0;
   EXPECT_FALSE(arrow_nees(e, ArrowCovariance::of(block, layout)).positive_definite);
-  EXPECT_TRUE(std::isnan(landmark_nees(e, ArrowCovariance::of(block, layout), 1)));
   Matrix vehicle = P;
   vehicle(2, 2) = -1.0;
   EXPECT_FALSE(arrow_nees(e, ArrowCovariance::of(vehicle, layout)).positive_definite);

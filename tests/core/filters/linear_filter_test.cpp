@@ -166,6 +166,25 @@ TEST(LinearFilter, RepeatsTheMatricesOfAPeriod) {
   EXPECT_NE(alike[1].P, other[1].P);
 }
 
+// What a measurement without noise leaves of a state is rounding, and no variance: a NEES of it, near 1 by
+// chance, was judged in steps whose estimate is near 0.
+TEST(LinearFilter, AMeasurementWithoutNoiseMakesAStateCertain) {
+  LinearModel model;
+  model.F = Matrix{{1.0, 0.1}, {0.0, 1.0}};
+  model.G = Matrix{{0.0}, {1.0}};
+  model.Q = Matrix{{0.2}};
+  model.H = Matrix::Identity(2, 2);
+  model.R = Matrix{{0.3, 0.0}, {0.0, 0.0}};
+  model.P0 = Matrix::Identity(2, 2);
+  model.layout = {.vehicle = 2, .landmark = 0, .landmarks = 0};
+  for (const LinearFilterStep& step : linear_filter_steps(model, {}, 20)) {
+    ASSERT_TRUE(step.ok);
+    EXPECT_EQ(step.P.row(1), Matrix::Zero(1, 2));
+    EXPECT_EQ(step.P.col(1), Matrix::Zero(2, 1));
+    EXPECT_GT(step.P(0, 0), 0.01);
+  }
+}
+
 TEST(LinearFilter, EndsAtAnInnovationCovarianceThatIsNotPositiveDefinite) {
   const auto steps = linear_filter_steps(monobot_model(1, 0, 0.0, 0.0, 0.0), {}, 10);
   ASSERT_EQ(steps.size(), 1U);

@@ -138,63 +138,6 @@ TEST(Inflate, ReturnsTheCertificateOfTheExactSolution) {
             inflate(pairwise, kPlanar, Inflation::map, InflationSolution::pairwise, state).added_trace);
 }
 
-TEST(DescribeInflation, OfTheExactSolution) {
-  for (unsigned seed = 1; seed <= 5; ++seed) {
-    for (Inflation inflation : {Inflation::full, Inflation::map}) {
-      const Matrix P = random_covariance(13, 13, seed);
-      Matrix D = P;
-      inflate(D, kPlanar, inflation, InflationSolution::min_trace);
-      const InflationReport report = describe_inflation(P, D, kPlanar, inflation);
-      EXPECT_EQ(report.size, inflation == Inflation::full ? 13 : 10);
-      EXPECT_LE(report.rank, report.size - 2);
-      EXPECT_GT(report.rank_gap, 1e4);
-      EXPECT_NEAR(report.trace_ratio, 1.0, 1e-9);
-      EXPECT_LT(report.exact_gap, 1e-9);
-      EXPECT_GE(report.min_relative_eigenvalue, -1e-13);
-      EXPECT_GE(report.min_eigenvalue, -1e-13 * P.trace());
-    }
-  }
-}
-
-TEST(DescribeInflation, OfThePairwiseSumAndOfNothing) {
-  const Matrix P = random_covariance(13, 13, 4);
-  Matrix D = P;
-  inflate(D, kPlanar, Inflation::full, InflationSolution::pairwise);
-  const InflationReport pairwise = describe_inflation(P, D, kPlanar, Inflation::full);
-  EXPECT_EQ(pairwise.rank, 13);
-  EXPECT_GT(pairwise.trace_ratio, 1.1);
-  EXPECT_NEAR(pairwise.trace, (D - P).trace(), 1e-12 * P.trace());
-
-  const InflationReport nothing = describe_inflation(P, P, kPlanar, Inflation::none);
-  EXPECT_EQ(nothing.rank, 0);
-  EXPECT_EQ(nothing.trace, 0.0);
-  EXPECT_EQ(nothing.trace_ratio, 1.0);
-}
-
-TEST(DescribeInflation, TheRankDoesNotDependOnTheUnits) {
-  // A Laplacian, rank 2; in these units its second eigenvalue is 2e-9 of the first.
-  const BlockLayout layout{.vehicle = 1, .landmark = 1, .landmarks = 2};
-  Matrix delta(3, 3);
-  delta << 3, -1, -2, -1, 2, -1, -2, -1, 3;
-  const Vector units{{1.0, 3e-5, 3e-5}};
-  const Matrix zero = Matrix::Zero(3, 3);
-  EXPECT_EQ(describe_inflation(zero, delta, layout, Inflation::full).rank, 2);
-  EXPECT_EQ(
-      describe_inflation(zero, units.asDiagonal() * delta * units.asDiagonal(), layout, Inflation::full).rank,
-      2);
-}
-
-TEST(DescribeInflation, AnIndefiniteStepIsSeen) {
-  const BlockLayout layout{.vehicle = 0, .landmark = 1, .landmarks = 2};
-  Matrix P(2, 2);
-  P << 1.0, 0.5, 0.5, 1.0;
-  // Dropping the covariance without paying for it: ΔP = [0 −½; −½ 0] and one more on the first state.
-  const Matrix D = Vector{{2.0, 1.0}}.asDiagonal();
-  EXPECT_LT(describe_inflation(P, D, layout, Inflation::map).min_eigenvalue, -0.2);
-  EXPECT_LT(describe_inflation(P, D, layout, Inflation::map).min_relative_eigenvalue, -0.2);
-  EXPECT_THROW(describe_inflation(P, Matrix::Identity(3, 3), layout, Inflation::map), std::invalid_argument);
-}
-
 /// Monobot with Q = R = 0.1, P0 = I after 100 steps of predict, inflate, update (theory, section 6).
 struct Reference {
   Index landmarks, anchors;

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "core/nan.h"
+
 namespace credence::internal {
 namespace {
 
@@ -75,6 +79,15 @@ TEST(PsdWhitening, StatesWithoutVarianceAreLeftOut) {
   EXPECT_EQ(W, (Matrix(1, 3) << 0.5, 0, 0).finished());
   EXPECT_EQ(psd_whitening(Matrix(Matrix::Zero(2, 2))).rows(), 0);
   EXPECT_EQ(psd_whitening(Matrix(0, 0)).rows(), 0);
+  Matrix cleared = A;
+  clear_rounded_variances(cleared, before);
+  EXPECT_EQ(cleared, (Matrix(3, 3) << A(0, 0), 0, 0, 0, 0, 0, 0, 0, 0).finished());
+  cleared = A;
+  clear_rounded_variances(cleared, before * 1e-33);
+  EXPECT_EQ(cleared(2, 2), A(2, 2));
+  cleared(0, 0) = kNaN;
+  clear_rounded_variances(cleared, before);
+  EXPECT_TRUE(std::isnan(cleared(0, 0))) << "what is no number is not hidden";
 }
 
 }  // namespace

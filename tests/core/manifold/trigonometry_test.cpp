@@ -142,28 +142,15 @@ TEST(Trigonometry, large_angles_are_taken_modulo_a_turn) {
 TEST(Trigonometry, every_width_gives_the_bits_of_width_one) {
   Sides s = sides(3001);
   s.y[40] = kNoNumber;
-  std::vector<double> x = angles(3001);
-  x[50] = kInfinity;
-  x[70] = 1e12;
   for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512}) {
     if (!is_supported(set)) continue;
     const TrigonometryKernel& kernel = trigonometry_kernel(set);
-    std::vector<double> out(s.x.size()), sines(x.size()), cosines(x.size());
+    std::vector<double> out(s.x.size());
     arc_tangents_by(kernel, s.y.data(), s.x.data(), out.data(), out.size());
-    sine_cosines_by(kernel, x.data(), sines.data(), cosines.data(), x.size());
     for (std::size_t i = 0; i < out.size(); ++i) {
       ASSERT_EQ(std::bit_cast<std::uint64_t>(out[i]),
                 std::bit_cast<std::uint64_t>(arc_tangent(s.y[i], s.x[i])))
           << instruction_set_name(set) << std::hexfloat << " " << s.y[i] << " " << s.x[i];
-    }
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const SineCosine one = sine_cosine(x[i]);
-      if (std::isnan(one.sine)) {
-        ASSERT_TRUE(std::isnan(sines[i]) && std::isnan(cosines[i]));
-        continue;
-      }
-      ASSERT_EQ(std::bit_cast<std::uint64_t>(sines[i]), std::bit_cast<std::uint64_t>(one.sine)) << x[i];
-      ASSERT_EQ(std::bit_cast<std::uint64_t>(cosines[i]), std::bit_cast<std::uint64_t>(one.cosine)) << x[i];
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/stop_point.h"
@@ -20,6 +21,13 @@ ReplaySettings settings(Inflation inflation, InflationSolution solution, Index a
   return result;
 }
 
+/// log2 of the landmarks' trace after all loops over that after half of them: 0 flat, 1 linear growth.
+double growth_exponent(const LongHorizonResult& result) {
+  const std::size_t loops = result.loops.size(), half = loops / 2;
+  return std::log2(result.loops.back().landmarks / result.loops[half - 1].landmarks) /
+         std::log2(static_cast<double>(loops) / static_cast<double>(half));
+}
+
 // What stays bounded and what does not: the table of theory, section 5, on the geometry of the car park.
 TEST(CarparkLongHorizon, PairwiseGrowsAndTheReferenceDoesNot) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");
@@ -31,16 +39,16 @@ TEST(CarparkLongHorizon, PairwiseGrowsAndTheReferenceDoesNot) {
   ASSERT_TRUE(none.ok);
   ASSERT_EQ(none.loops.size(), 10U);
   EXPECT_EQ(none.steps, 1 + 10 * 2 * 252);
-  EXPECT_NEAR(none.growth_exponent(), 0, 0.01);
+  EXPECT_NEAR(growth_exponent(none), 0, 0.01);
   EXPECT_LE(none.growth_per_loop(), 1);
 
   const auto full = carpark_long_horizon(log, settings(Inflation::full, kPairwise), plan);
   EXPECT_GT(full.growth_per_loop(), 1.5);
-  EXPECT_GT(full.growth_exponent(), 3);
+  EXPECT_GT(growth_exponent(full), 3);
   EXPECT_GT(full.loops[4].landmarks, 5 * full.loops[1].landmarks);
 
   const auto map = carpark_long_horizon(log, settings(Inflation::map, kPairwise), plan);
-  EXPECT_NEAR(map.growth_exponent(), 1, 0.15);
+  EXPECT_NEAR(growth_exponent(map), 1, 0.15);
   const double early = map.loops[5].landmarks - map.loops[4].landmarks;
   const double late = map.loops[9].landmarks - map.loops[8].landmarks;
   EXPECT_NEAR(late / early, 1, 0.02) << "the same added every loop";
@@ -54,7 +62,7 @@ TEST(CarparkLongHorizon, ExactMinimalTraceOfTheMapStaysAndOfAllCreeps) {
       carpark_long_horizon(log, settings(Inflation::full, kExact), {.loops = 6, .scan_stride = 5});
   EXPECT_EQ(full.not_converged, 0);
   EXPECT_GT(full.growth_per_loop(), 1.01);
-  EXPECT_LT(full.growth_exponent(), 1);
+  EXPECT_LT(growth_exponent(full), 1);
 
   const auto map =
       carpark_long_horizon(log, settings(Inflation::map, kExact), {.loops = 2, .scan_stride = 10});
@@ -68,7 +76,7 @@ TEST(CarparkLongHorizon, SequentialStaysAndTwoAnchorsConverge) {
   const LongHorizonPlan plan{.loops = 6, .scan_stride = 5};
   const auto sequential =
       carpark_long_horizon(log, settings(Inflation::map, InflationSolution::sequential), plan);
-  EXPECT_NEAR(sequential.growth_exponent(), 0, 0.01);
+  EXPECT_NEAR(growth_exponent(sequential), 0, 0.01);
   const auto none = carpark_long_horizon(log, settings(Inflation::none, InflationSolution::pairwise), plan);
   const auto anchored =
       carpark_long_horizon(log, settings(Inflation::none, InflationSolution::pairwise, 2), plan);
@@ -91,12 +99,9 @@ TEST(CarparkLongHorizon, RefusesImpossiblePlans) {
 
 TEST(CarparkLongHorizon, GrowthOfKnownSequences) {
   LongHorizonResult result;
-  EXPECT_EQ(result.growth_exponent(), 0);
   EXPECT_EQ(result.growth_per_loop(), 1);
   for (const double trace : {1.0, 2.0, 3.0, 4.0}) result.loops.push_back({0, trace});
-  EXPECT_DOUBLE_EQ(result.growth_exponent(), 1);
   result.loops.push_back({0, 5});
-  EXPECT_DOUBLE_EQ(result.growth_exponent(), 1) << "an odd number of loops";
   EXPECT_DOUBLE_EQ(result.growth_per_loop(), 1.25);
 }
 

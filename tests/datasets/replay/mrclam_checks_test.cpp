@@ -15,8 +15,7 @@ using ::testing::HasSubstr;
 /// A robot on a circle of radius 2 m about the origin at 0.2 m/s for two minutes, which sees two landmarks.
 MrclamLog circling_robot() {
   MrclamLog log;
-  log.landmarks = {{.subject = 6, .barcode = 1, .position_m = {0, 0}, .std_m = {0, 0}},
-                   {.subject = 7, .barcode = 2, .position_m = {5, 1}, .std_m = {0, 0}}};
+  log.landmarks = {{.subject = 6, .position_m = {0, 0}}, {.subject = 7, .position_m = {5, 1}}};
   for (int k = 0; k <= 1200; ++k) {
     const double t = 100.0 + 0.1 * k, angle = 0.1 * (t - 100.0);
     const Eigen::Vector3d pose(2.0 * std::cos(angle), 2.0 * std::sin(angle),

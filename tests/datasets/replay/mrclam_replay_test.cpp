@@ -20,7 +20,7 @@ MrclamLog perfect_log() {
   MrclamLog log;
   log.robot = 2;
   for (const Eigen::Vector2d& place : {Eigen::Vector2d(3, 0), Eigen::Vector2d(-2, 2), Eigen::Vector2d(0, -3)})
-    log.landmarks.push_back({6 + static_cast<int>(log.landmarks.size()), 0, place, {0, 0}});
+    log.landmarks.push_back({6 + static_cast<int>(log.landmarks.size()), place});
   const Vehicle unicycle{VehicleKind::unicycle, {}};
   Pose pose(0.5, 0, 0.3);
   for (int k = 0; k <= 200; ++k) {

@@ -27,7 +27,7 @@ MrclamLog noisy_log(unsigned seed) {
   log.robot = static_cast<int>(seed);
   for (int i = 0; i < 5; ++i) {
     const double angle = 1.2566 * i;
-    log.landmarks.push_back({6 + i, 0, {4.0 * std::cos(angle), 4.0 * std::sin(angle)}, {0, 0}});
+    log.landmarks.push_back({6 + i, {4.0 * std::cos(angle), 4.0 * std::sin(angle)}});
   }
   const Vehicle unicycle{VehicleKind::unicycle, {}};
   Pose pose(1.5, 0, 1.57);

@@ -24,7 +24,7 @@ std::vector<InstructionSet> intermittent_sets() {
 
 std::size_t place(std::int64_t i) { return static_cast<std::size_t>(i); }
 
-constexpr Index kDrawn = 8, kSteps = 7;
+constexpr Index kDrawn = 8, kStepsOfRun = 7;
 
 /// A plan with its inputs: random errors and noise, a P0 that is positive definite, two measurements in three
 /// seen.
@@ -173,11 +173,11 @@ class PlainLane {
 
 IntermittentOutput by_plain_lanes(const IntermittentInput& input) {
   IntermittentOutput out;
-  out.values.resize(kNoiseLanes, kSteps * kIntermittentValues);
+  out.values.resize(kNoiseLanes, kStepsOfRun * kIntermittentValues);
   for (int lane = 0; lane < kNoiseLanes; ++lane) {
     PlainLane plain(input, lane);
     Vector values(kIntermittentValues);
-    for (Index k = 0; k < kSteps; ++k) {
+    for (Index k = 0; k < kStepsOfRun; ++k) {
       plain.step(k, values);
       out.values.row(lane).segment(k * kIntermittentValues, kIntermittentValues) = values.transpose();
     }
@@ -194,7 +194,7 @@ IntermittentOutput by_kernel(const IntermittentInput& input, InstructionSet set,
   const int n = input.plan.states, lanes = kernel.lanes;
   const std::int64_t triangle = n * (n + 1) / 2;
   AlignedVector errors(place(n * kNoiseLanes)), covariance(place(triangle * kNoiseLanes)),
-      work(place((triangle + 3 * n) * lanes)), values(place(kSteps * kIntermittentValues * kNoiseLanes));
+      work(place((triangle + 3 * n) * lanes)), values(place(kStepsOfRun * kIntermittentValues * kNoiseLanes));
   const auto at = [&](std::int64_t rows, std::int64_t row, int lane) {
     return place((lane / lanes * rows + row) * lanes + lane % lanes);
   };
@@ -218,7 +218,7 @@ IntermittentOutput by_kernel(const IntermittentInput& input, InstructionSet set,
     done += count;
   }
   IntermittentOutput out;
-  out.values = Eigen::Map<const Matrix>(values.data(), kNoiseLanes, kSteps * kIntermittentValues);
+  out.values = Eigen::Map<const Matrix>(values.data(), kNoiseLanes, kStepsOfRun * kIntermittentValues);
   for (int lane = 0; lane < kNoiseLanes; ++lane) {
     Vector e(n);
     Matrix P = Matrix::Zero(n, n);
@@ -253,7 +253,7 @@ TEST(IntermittentKernel, is_a_plain_lane_to_the_bit_with_every_instruction_set) 
           const IntermittentOutput expected = by_plain_lanes(input);
           for (const InstructionSet set : intermittent_sets()) {
             SCOPED_TRACE(instruction_set_name(set));
-            expect_equal_outputs(by_kernel(input, set, {kSteps}), expected);
+            expect_equal_outputs(by_kernel(input, set, {kStepsOfRun}), expected);
             expect_equal_outputs(by_kernel(input, set, {3, 1, 0, 3}), expected);
           }
         }
@@ -269,7 +269,7 @@ TEST(IntermittentKernel, the_check_is_zero_of_a_positive_definite_p_alone) {
   const auto check_of = [&](double correlation) {
     input.P0 << 1.0, correlation, correlation, 1.0;
     input.plan.process_variance = 0.0;
-    return by_kernel(input, best_instruction_set(), {kSteps}).values(9, kCheckValue);
+    return by_kernel(input, best_instruction_set(), {kStepsOfRun}).values(9, kCheckValue);
   };
   EXPECT_EQ(check_of(0.5), 0.0);
   EXPECT_EQ(check_of(2.0), -6.0) << "the second pivot, 1 − 2², twice";

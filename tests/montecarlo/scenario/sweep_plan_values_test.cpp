@@ -92,6 +92,7 @@ TEST(SweepPlanValues, RefusesWhatItCannotHoldExactly) {
   EXPECT_THAT(list_refusal("1234567:1e-15:1234568"), HasSubstr("too many digits for an exact"));
   EXPECT_THAT(list_refusal("0:123e15"), HasSubstr("\"0:123e15\": is too large for a range"));
   EXPECT_THAT(list_refusal("0:1e16"), HasSubstr("exponent beyond 15"));
+  EXPECT_THAT(list_refusal("1e-2147483648:2"), HasSubstr("exponent beyond 15"));
   EXPECT_THAT(list_refusal("0:1e"), HasSubstr("\"1e\" is no number"));
   EXPECT_THAT(list_refusal("lin(1:2,3,4)"), HasSubstr("\"1:2\" is no number"));
   EXPECT_THAT(list_refusal("log(1,2,1000001)"), HasSubstr("the count must be an integer from 2 to 1000000"));

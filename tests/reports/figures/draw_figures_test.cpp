@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <locale>
 #include <regex>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -35,6 +36,12 @@ auto entries_of(const std::filesystem::path& folder) {
 }
 
 Series simple_line() { return line_series("mean", ColourRole::estimate, {1, 2, 3}, {1, 4, 2.25}); }
+
+std::string pdf_of(const Figure& figure, const PaperStyle& style = {}) {
+  const TemporaryFolder folder;
+  draw_all(std::span(&figure, 1), {folder.path(), style});
+  return folder.read("figures/" + figure.name + ".pdf");
+}
 
 // A series of every kind, and a heat map.
 Figure figure_of_everything() {
@@ -82,7 +89,7 @@ TEST(DrawFigures, ExtremeNumbersAreDrawn) {
   const std::string svg = render_svg(figure);
   EXPECT_EQ(xml_problem(svg), "");
   EXPECT_EQ(svg.find("nan"), std::string::npos);
-  EXPECT_NO_THROW(render_pdf(figure));
+  EXPECT_NO_THROW(pdf_of(figure));
 }
 
 TEST(DrawFigures, EveryTextStaysText) {
@@ -108,7 +115,7 @@ TEST(DrawFigures, EveryTextStaysText) {
     EXPECT_EQ(xml_problem(svg), "") << text;
     EXPECT_EQ(svg.find("<script"), std::string::npos) << text;
     EXPECT_EQ(svg.find("onload=\""), std::string::npos) << text;
-    EXPECT_TRUE(render_pdf(figure).starts_with("%PDF-")) << text;
+    EXPECT_TRUE(pdf_of(figure).starts_with("%PDF-")) << text;
     const bool as_given = text.find('\n') == std::string::npos && text.find('\xff') == std::string::npos;
     if (!as_given || text.empty()) continue;
     EXPECT_GE(count_of(visible_text(svg), text), 5) << text;
@@ -136,14 +143,14 @@ struct Comma : std::numpunct<char> {
 TEST(DrawFigures, TheLocaleChangesNothing) {
   const Figure figure = figure_of_everything();
   const std::string svg = render_svg(figure);
-  const std::string pdf = render_pdf(figure);
+  const std::string pdf = pdf_of(figure);
   const std::string before = std::setlocale(LC_ALL, nullptr);
   const std::locale old = std::locale::global(std::locale(std::locale::classic(), new Comma));
   for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "de_DE"}) {
     if (std::setlocale(LC_ALL, name) != nullptr) break;
   }
   EXPECT_EQ(render_svg(figure), svg);
-  EXPECT_EQ(render_pdf(figure), pdf);
+  EXPECT_EQ(pdf_of(figure), pdf);
   std::locale::global(old);
   std::setlocale(LC_ALL, before.c_str());
 }
@@ -158,7 +165,7 @@ TEST(DrawFigures, FilesStandBesideEachOther) {
   for (std::size_t i = 0; i < figures.size(); ++i) {
     EXPECT_EQ(drawings[i].svg, render_svg(figures[i])) << "drawing together changes nothing";
     EXPECT_EQ(folder.read("figures/" + figures[i].name + ".svg"), drawings[i].svg);
-    EXPECT_EQ(folder.read("figures/" + figures[i].name + ".pdf"), render_pdf(figures[i]));
+    EXPECT_EQ(folder.read("figures/" + figures[i].name + ".pdf"), pdf_of(figures[i]));
     EXPECT_EQ(drawings[i].files,
               (std::vector{place / (figures[i].name + ".pdf"), place / (figures[i].name + ".svg")}));
   }
@@ -194,24 +201,15 @@ TEST(DrawFigures, PanelsOfOneColumnStandBelowEachOther) {
   Figure figure = figure_of({simple_line()});
   figure.panels.push_back(figure.panels[0]);
   figure.cols = 2;
-  const auto [wide, low] = page_of(render_pdf(figure));
-  const auto [narrow, high] = page_of(render_pdf(figure, {.width = PaperStyle::Width::one_column}));
+  const auto [wide, low] = page_of(pdf_of(figure));
+  const auto [narrow, high] = page_of(pdf_of(figure, {.width = PaperStyle::Width::one_column}));
   EXPECT_NEAR(wide, 7.16 * 72.0, 1e-3);
   EXPECT_NEAR(narrow, 3.5 * 72.0, 1e-3);
   EXPECT_GT(high, 1.5 * low);
   figure.cols = 1;
   figure.rows = 2;
-  EXPECT_NEAR(page_of(render_pdf(figure)).first, 3.5 * 72.0, 1e-3);
-  EXPECT_NEAR(page_of(render_pdf(figure, {.width = PaperStyle::Width::two_columns})).first, 7.16 * 72.0,
-              1e-3);
-}
-
-TEST(DrawFigures, WithoutAFolderNoFileIsWritten) {
-  const std::vector<Figure> figures{figure_of({simple_line()})};
-  const auto drawings = draw_all(figures);
-  EXPECT_EQ(drawings[0].svg, render_svg(figures[0]));
-  EXPECT_TRUE(drawings[0].files.empty());
-  EXPECT_TRUE(draw_all({}).empty());
+  EXPECT_NEAR(page_of(pdf_of(figure)).first, 3.5 * 72.0, 1e-3);
+  EXPECT_NEAR(page_of(pdf_of(figure, {.width = PaperStyle::Width::two_columns})).first, 7.16 * 72.0, 1e-3);
 }
 
 TEST(DrawFigures, AFolderThatCannotBeMadeIsAnError) {
@@ -222,8 +220,8 @@ TEST(DrawFigures, AFolderThatCannotBeMadeIsAnError) {
 TEST(DrawFigures, AnInvalidFigureIsAnError) {
   const std::vector<Figure> figures{figure_of({line_series("", ColourRole::first, {1}, {})})};
   EXPECT_THROW(render_svg(figures[0]), std::invalid_argument);
-  EXPECT_THROW(render_pdf(figures[0]), std::invalid_argument);
-  EXPECT_THROW(draw_all(figures), std::invalid_argument);
+  const TemporaryFolder folder;
+  EXPECT_THROW(draw_all(figures, folder.path()), std::invalid_argument);
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ TEST(TextTable, ShowsWhatIsNoNumber) {
   EXPECT_EQ(text_table(table),
             "       value\n"
             "────────────\n"
-            "         nan\n"
+            "           –\n"
             "not measured\n"
             "   1.000e−12\n"
             "     −3\n"

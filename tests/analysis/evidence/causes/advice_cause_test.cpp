@@ -125,6 +125,43 @@ TEST(CauseRules, AlongOneWayABiasMayBeADelay) {
   EXPECT_EQ(find_causes(findings)[0].why.find("a delay"), std::string::npos);
   findings.lateness = LatenessTest{.runs = 100, .p_value = std::nan(""), .reason = kNoVariedMotion};
   EXPECT_NE(find_causes(findings)[0].why.find("a delay looks the same"), std::string::npos);
+  // Of one sensor that is late the errors are no delay of all, and point back all the same.
+  const auto names_a_sensor = [&] {
+    return find_causes(findings)[0].why.find("by 0.20 steps (p = 1.00e−6): one sensor that is late") !=
+           std::string::npos;
+  };
+  findings.lateness = LatenessTest{.runs = 100, .steps = 0.2, .p_value = 1e-6, .explained = 0.3};
+  EXPECT_TRUE(names_a_sensor());
+  findings.lateness->explained = 0.04;
+  EXPECT_FALSE(names_a_sensor());
+  findings.lateness->explained = 0.3;
+  findings.lateness->p_value = 0.01;
+  EXPECT_FALSE(names_a_sensor());
+}
+
+TEST(CauseRules, ErrorsOfHundredsOfDeviationsAreThoseOfADivergence) {
+  const auto diverges = [](double nees) {
+    Findings findings = findings_of(nees, 1.0);
+    findings.error_mean = {.test = {.mean = Vector::Constant(1, std::sqrt(nees)), .p_value = 1e-9},
+                           .state = "x"};
+    EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
+    return find_causes(findings)[0].why.find("a filter that diverges") != std::string::npos;
+  };
+  EXPECT_TRUE(diverges(901.0));
+  EXPECT_FALSE(diverges(899.0));
+}
+
+TEST(CauseRules, OfASingleStepTheScaleIsNotWrong) {
+  std::vector<double> means(40, 1.0);
+  means[24] = 1.7;  // by 4.9 standard errors, which move the mean over all by 0.8
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nees = verdict_of_means(means, false);
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::covariance_at_steps});
+  EXPECT_EQ(find_causes(findings)[0].why,
+            "mean NEES 1.70 of 1.00 at step 25, while 1.02 over all steps is what chance makes");
+  for (double& mean : means) mean += 0.3;
+  findings.nees = verdict_of_means(means, false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
 }
 
 TEST(CauseRules, WhatFewRunsDoNotTellIsSaidBesideANoise) {

@@ -31,7 +31,9 @@ std::vector<Scenario> small_studies() {
       small_study("localisation", {"world.aiding=landmarks", "world.aiding_interval=10"})};
 }
 
-Evidence evidence_of(const Experiment& experiment) { return collect_evidence(experiment, 10).value(); }
+Evidence evidence_of(const Experiment& experiment) {
+  return EvidenceCollector(experiment, 10).take(10).value();
+}
 
 TEST(EvidenceBytes, AreReadAsTheyWereWritten) {
   for (const Scenario& scenario : small_studies()) {

@@ -17,6 +17,12 @@
 namespace credence::internal {
 namespace {
 
+/// The evidence of the first runs, played for that alone.
+std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
+                                         const EngineOptions& options) {
+  return EvidenceCollector(experiment, runs).take(runs, options);
+}
+
 Scenario monobot(std::int64_t runs) {
   Scenario s = default_scenario("monobot");
   s.world.landmarks = 2;

@@ -72,7 +72,7 @@ TEST(PlayStudies, TakesTheEvidenceWhileItPlays) {
   const std::optional<Evidence> taken = evidence.take(90);
   ASSERT_TRUE(taken.has_value());
   EXPECT_EQ(taken->study.runs, 90);
-  const std::optional<Evidence> again = collect_evidence(*ready.experiment, 90);
+  const std::optional<Evidence> again = EvidenceCollector(*ready.experiment, 90).take(90);
   EXPECT_EQ(to_bytes(taken->study), to_bytes(again->study)) << "and is what playing them once more gives";
 }
 

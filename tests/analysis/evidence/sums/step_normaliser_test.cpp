@@ -157,9 +157,11 @@ TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   step.P(2, 2) = 0.0;
   EXPECT_EQ(normaliser.normalise(step, layout, places, result),
             "an error where the covariance claims certainty");
+  EXPECT_EQ(normaliser.certain_state(), 2);
   step = step_of_two_blocks();
   step.error[2] = 1e200;
   EXPECT_EQ(normaliser.normalise(step, layout, places, result), "an error too large to be squared");
+  EXPECT_EQ(normaliser.certain_state(), -1);
   step = step_of_two_blocks();
   step.P(0, 1) = step.P(1, 0) = 2.0;
   EXPECT_NE(normaliser.normalise(step, layout, places, result), "");

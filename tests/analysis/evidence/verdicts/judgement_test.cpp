@@ -212,7 +212,7 @@ TEST(Judgement, CountsAndNamesRowsThatNoFilterMayWrite) {
   EXPECT_EQ(s.rejected_rows(), 4);
   ASSERT_EQ(s.rejected.size(), 4U);
   EXPECT_EQ(s.rejected.at("the covariance has a negative variance").first, "synthetic.csv:6");
-  EXPECT_EQ(s.rejected.count("an error where the covariance claims certainty"), 1U);
+  EXPECT_EQ(s.rejected.count("an error of vehicle.x where the covariance claims certainty"), 1U);
   EXPECT_EQ(s.study.steps[4][Quantity::nees].count, 9);
   EXPECT_EQ(s.study.steps[5][Quantity::nees].count, 9);  // neither its NEES
   EXPECT_EQ(s.study.steps[5][Quantity::nis].count, 9);   // nor its NIS
@@ -306,6 +306,16 @@ TEST(Judgement, OneRowIsNotCalledConsistent) {
     if (a.word.verdict == Verdict::undecided) EXPECT_FALSE(a.nees.reason.empty()) << seed;
   }
   EXPECT_GT(alone, 0);
+}
+
+// There is one test of it, whose bounds are shown.
+TEST(Judgement, ThePValueOfOneRowIsThatOfItsBounds) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const ConsistencyVerdict nees = judge(logs_of(1, 1, 0.0, 1.0, {}, seed)).nees;
+    EXPECT_NEAR(nees.p_value, two_sided_p_value(nees.mean, nees.dof), 1e-12) << seed;
+    const bool within = nees.bounds.lower < nees.mean && nees.mean < nees.bounds.upper;
+    EXPECT_EQ(within, nees.p_value > 0.05) << seed;
+  }
 }
 
 TEST(Judgement, ALongSingleRunIsDecided) {

@@ -308,6 +308,22 @@ TEST(ConventionCheck, ChartsAreToldWhenAskedFor) {
   EXPECT_THAT(remarks[0], HasSubstr("carried over exactly"));
 }
 
+TEST(ConventionCheck, OfASingularCovarianceThereIsNoChartToBeCompared) {
+  PoseLog log = consistent_log(13, 300, kFixedAxes);
+  log.estimate.axes = kFixedAxes;
+  for (PoseCovariance& P : log.estimate.covariances) {
+    for (const Index i : {2, 3, 4}) {
+      P.row(i).setZero();
+      P.col(i).setZero();
+    }
+  }
+  ConventionCheck check(pose_chart_named("ros"), true);
+  testing::RecordedSink sink;
+  trajectory_errors(log.estimate, log.truth, {}, &check, &sink);
+  EXPECT_THAT(sink.remarks,
+              ::testing::Contains("Charts cannot be compared: the covariance of the pose is singular."));
+}
+
 TEST(ReadingFit, OfErrorsWithTheirCovarianceAndWithAnother) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;

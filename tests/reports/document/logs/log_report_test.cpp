@@ -19,6 +19,7 @@
 namespace credence::internal {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -200,7 +201,7 @@ TEST(LogReport, AMisfitIsToldWhereSomeErrorsOfAllRunsMisfit) {
     EXPECT_THAT(told(nees, block), ElementsAre("standard deviations", "the unit of time"));
 }
 
-TEST(CheckedLogs, OfOneRunThatIsPessimisticItIsSaidWhatItCannotTell) {
+TEST(CheckedLogs, OfFewRunsThatArePessimisticItIsSaidWhatTheyCannotTell) {
   CheckedLogs logs;
   const auto last = [&](Verdict verdict, std::int64_t runs) {
     logs.analysis.judgement.word.verdict = verdict;
@@ -209,7 +210,9 @@ TEST(CheckedLogs, OfOneRunThatIsPessimisticItIsSaidWhatItCannotTell) {
   };
   const auto told = HasSubstr("an error which stays over a run");
   EXPECT_THAT(last(Verdict::pessimistic, 1), told);
-  EXPECT_THAT(last(Verdict::pessimistic, 2), Not(told));
+  EXPECT_THAT(last(Verdict::pessimistic, 1), HasSubstr("One run cannot tell"));
+  EXPECT_THAT(last(Verdict::pessimistic, 4), AllOf(told, HasSubstr("So few runs cannot surely tell")));
+  EXPECT_THAT(last(Verdict::pessimistic, 5), Not(told));
   EXPECT_THAT(last(Verdict::optimistic, 1), Not(told));
 }
 
