@@ -68,8 +68,9 @@ Causes find_constant_offset(const Findings& findings);
 Causes find_wrong_dof(const Findings& findings);
 /// Names inflation where the filter is known to inflate P and NEES or NIS is too small: nothing to be tested.
 Causes find_inflation(const Findings& findings);
-/// Where NEES or NIS is inconsistent, and no other rule has named anything. Names covariance_at_steps where a
-/// step decided and the mean over all is within chance, else covariance_scale.
+/// Where NEES or NIS is inconsistent, and no other rule has named anything. Names covariance_at_steps where
+/// few steps decided and the mean over all is within chance and 15 % of what is expected, else
+/// covariance_scale.
 Causes find_scale(const Findings& findings);
 
 // Correlations between states and between sensors (cause_rules_correlation.cpp).

@@ -107,6 +107,15 @@ std::string text_of(const GateRejection& gate) {
       number_text(100.0 * gate.share, 3));
 }
 
+/// Few steps reject, and the mean over all is that of a right P, or nearly.
+bool is_of_single_steps(const ConsistencyVerdict& verdict, double level) {
+  constexpr double kNearly = 0.15;
+  constexpr std::int64_t kFew = 50;  // one of so many
+  return verdict.decided_by_steps && verdict.overall_p_value > level &&
+         std::abs(verdict.mean / verdict.expected - 1.0) < kNearly &&
+         verdict.steps_rejected <= 1 + verdict.steps_tested / kFew;
+}
+
 }  // namespace
 
 Causes find_runs_that_are_lost(const Findings& findings) {
@@ -304,7 +313,7 @@ Causes find_scale(const Findings& findings) {
   const bool nees = is_inconsistent(findings.nees.verdict);
   if (!nees && !is_inconsistent(findings.nis.verdict)) return {};
   const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
-  if (verdict.decided_by_steps && verdict.overall_p_value > cause_level(findings)) {
+  if (is_of_single_steps(verdict, cause_level(findings))) {
     const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
     return {{Cause::covariance_at_steps,
              fmt::format("mean {} {} of {} {}, while {} over all steps is what chance makes",
