@@ -277,13 +277,9 @@ class GroupSink final : public LogSink {
     }
     row.step = step.step;
     row.line = step.line;
-    row.problem = step.problem;
-    row.certain = -1;
     if (!step.states.empty()) places_.find(step.states, layout_);
-    if (row.problem.empty()) {
-      row.problem = normaliser_.normalise(step, layout_, places_, row.normalised);
-      row.certain = normaliser_.certain_state();
-    }
+    row.problem = normaliser_.normalise(step, layout_, places_, row.normalised);
+    row.certain = normaliser_.certain_state();
     row.factored = false;
     if (!row.problem.empty() || !calibrated_) return;
     const SmallCholesky* const factor = normaliser_.factor_of_state();

@@ -41,12 +41,8 @@ std::string beside_lateness(const Findings& findings) {
   const LatenessTest& test = *findings.lateness;
   if (test.reason == kNoVariedMotion) return "; if the motion never varies, a delay looks the same";
   if (!test.reason.empty()) return "; a delay, which could not be tested, looks the same";
-  constexpr double kCounts = 0.05;
-  if (!(test.p_value <= cause_level(findings)) || !(test.steps > 0.0) || test.explained < kCounts) return "";
-  return fmt::format(
-      "; the errors also point back along the path, by {} steps{} ({}): one sensor that is late, beside "
-      "others on time, would make both",
-      number_text(test.steps, 2), in_seconds(test.steps, findings.nees), p_value_statement(test.p_value));
+  const std::string back = back_along_path(findings);
+  return back.empty() ? back : back + ": one sensor that is late, beside others on time, would make both";
 }
 
 // Errors of so many σ are not those of a bias that somebody has forgotten.

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "analysis/laws/mean/student.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -207,18 +208,24 @@ std::string untested_correlation(const Findings& findings) {
                      findings.error_correlation->reason);
 }
 
-std::string short_delay(const Findings& findings) {
+std::string back_along_path(const Findings& findings) {
   constexpr double kCounts = 0.05;
   if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return {};
   const LatenessTest& test = *findings.lateness;
-  if (!(test.steps > 0.0 && test.steps < kShortestDelay && test.explained >= kCounts)) return {};
+  if (!(test.steps > 0.0 && test.explained >= kCounts)) return {};
+  return fmt::format("; the errors also point back along the path, by {} steps{} ({})",
+                     number_text(test.steps, 2), in_seconds(test.steps, findings.nees),
+                     p_value_statement(test.p_value));
+}
+
+std::string short_delay(const Findings& findings) {
+  const std::string back = back_along_path(findings);
+  if (back.empty() || findings.lateness->steps >= kShortestDelay) return {};
   if (!is_inconsistent(findings.nees.verdict) || !(excess_of(findings.nees) > 0.0)) return {};
   return fmt::format(
-      "; the errors also point back along the path, by {} steps{} ({}), which explains {:.0f} % of the "
-      "excess of NEES: measurements that are late by so little make that, and so does a gain that is too "
-      "small",
-      number_text(test.steps, 2), in_seconds(test.steps, findings.nees), p_value_statement(test.p_value),
-      100.0 * std::min(1.0, test.explained));
+      "{}, which explains {:.0f} % of the excess of NEES: measurements that are late by so little make that, "
+      "and so does a gain that is too small",
+      back, 100.0 * std::min(1.0, findings.lateness->explained));
 }
 
 std::string in_seconds(double steps, const ConsistencyVerdict& verdict) {

@@ -122,10 +122,12 @@ std::string untested_correlation(const Findings& findings);
 /// that are too large: that so few runs do not tell a mean, and why lateness was not tested; else empty.
 std::string untested_causes(const Findings& findings);
 
+/// "; the errors also point back along the path, by 1.4 steps, 0.2 s, (p = …)" of errors that do so not by
+/// chance, which explains some of the excess of NEES; else empty.
+std::string back_along_path(const Findings& findings);
 /// A shorter time, in steps, is too short to be named as the cause.
 inline constexpr double kShortestDelay = 0.3;
-/// What to say beside such a cause of errors that point back along the way by less, but not by chance, and by
-/// what explains some of the excess of NEES; else empty.
+/// What to say beside such a cause of errors that point back by less; else empty.
 std::string short_delay(const Findings& findings);
 /// ", 0.2 s,": so many steps in seconds; empty where the times are not known.
 std::string in_seconds(double steps, const ConsistencyVerdict& verdict);

@@ -258,8 +258,9 @@ class Pass {
     (*this)(stretches.runs, stretches.square, stretches.means, stretches.oscillating, stretches.samples,
             stretches.across, stretches.between);
     const Index dim = stretches.square.rows();
-    require(stretches.runs >= 0 && stretches.square.cols() == dim &&
-            (stretches.runs == 0 || stretches.means.mean.size() == dim));
+    for (const Matrix* sum : {&stretches.square, &stretches.across, &stretches.between})
+      require(sum->rows() == dim && sum->cols() == dim);
+    require(stretches.runs >= 0 && (stretches.runs == 0 || stretches.means.mean.size() == dim));
   }
 
   void one(Held<TailSums>& tails) { (*this)(tails.weights, tails.heavier); }

@@ -107,16 +107,11 @@ void EvidenceRecorder::count(std::int64_t step) {
 
 bool EvidenceRecorder::add(const Step& step, std::size_t i) {
   count(step.step);
-  std::string_view problem = step.problem;
-  Index certain = -1;
   StepPlaces& places = places_[i];
   if (!step.states.empty()) places.find(step.states, layout_);
-  if (problem.empty()) {
-    problem = normaliser_.normalise(step, layout_, places, normalised_);
-    certain = normaliser_.certain_state();
-  }
+  const std::string_view problem = normaliser_.normalise(step, layout_, places, normalised_);
   if (!problem.empty()) {
-    reject(runs_[i], step.line, problem, certain);
+    reject(runs_[i], step.line, problem, normaliser_.certain_state());
     return false;
   }
   add(runs_[i], places, normalised_);

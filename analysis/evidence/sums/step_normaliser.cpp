@@ -191,6 +191,7 @@ std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& la
                                            const StepPlaces& places, NormalisedStep& normalised) {
   state_.clear();
   certain_state_ = -1;
+  if (!step.problem.empty()) return step.problem;
   find_certain_states(step.estimate, step.error, step.P, certain_);
   if (certain_.empty()) return normalise_known(step, layout, places, normalised);
   Step known = step;

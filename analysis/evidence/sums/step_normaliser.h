@@ -38,8 +38,8 @@ inline constexpr std::string_view kClaimedCertainty = "an error where the covari
 /// Normalises the errors and innovations of steps by their covariances, over the range of each.
 class StepNormaliser {
  public:
-  /// Fills in `normalised` and returns why the step cannot be used, empty if it can: P or S is not positive
-  /// semidefinite or not symmetric, or an error lies where P claims certainty.
+  /// Fills in `normalised` and returns why the step cannot be used, empty if it can: its own problem, or P or
+  /// S is not positive semidefinite or not symmetric, or an error lies where P claims certainty.
   std::string_view normalise(const Step& step, const RunLayout& layout, const StepPlaces& places,
                              NormalisedStep& normalised);
 

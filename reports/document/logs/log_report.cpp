@@ -42,8 +42,8 @@ ReportTable charts_table(const LogPoses& log) {
                 "one looks at these numbers."}};
   for (const ChartNees& nees : log.charts.charts) {
     const bool judged = nees.chart == log.charts.declared;
-    table.add({judged ? nees.chart + " (judged)" : nees.chart, nees.as_written,
-               std::isnan(nees.p_value) ? "–" : p_value_text(nees.p_value), nees.carried});
+    table.add({judged ? nees.chart + " (judged)" : nees.chart, nees.as_written, p_value_text(nees.p_value),
+               nees.carried});
   }
   return table;
 }

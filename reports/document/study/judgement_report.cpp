@@ -430,7 +430,7 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
     std::vector<TableCell> cells = {
         row.of + shown_unit(row.unit),
         interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
-        std::isnan(row.claimed) ? TableCell("–") : TableCell(root(row.claimed), 3)};
+        TableCell(root(row.claimed), 3)};
     if (bounded) {
       const bool known = !std::isnan(row.bound);
       for (const double value : {row.at_truth, row.bound}) {

@@ -72,6 +72,17 @@ TEST(EvidenceBytes, ThatAreNotOursAreRefused) {
   EXPECT_THROW(evidence_from_bytes(bytes, experiment->layout()), std::runtime_error);
 }
 
+// They would be added to those of another size.
+TEST(EvidenceBytes, SumsOfAnotherSizeThanTheStateAreRefused) {
+  const auto experiment = make_experiment(small_studies()[0]);
+  const Evidence evidence = evidence_of(*experiment);
+  for (Matrix StretchSums::*sum : {&StretchSums::square, &StretchSums::across, &StretchSums::between}) {
+    Evidence changed = evidence;
+    changed.law.stretches.*sum = Matrix::Ones(1, 1);
+    EXPECT_THROW(evidence_from_bytes(to_bytes(changed), experiment->layout()), std::runtime_error);
+  }
+}
+
 // Whatever stands there is refused or can be merged and judged.
 TEST(EvidenceBytes, ThatWereChangedDoNoHarm) {
   const auto experiment = make_experiment(small_studies()[1]);

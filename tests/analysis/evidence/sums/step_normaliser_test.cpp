@@ -169,6 +169,9 @@ TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   step.innovations[0] = {Vector{{1.0}}, Matrix{{-1.0}}};
   EXPECT_EQ(normaliser.normalise(step, layout, places, result),
             "S of an innovation is not positive semidefinite");
+  step = step_of_two_blocks();
+  step.problem = "a covariance is not symmetric";
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), step.problem);
   EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
 }
 
