@@ -106,10 +106,10 @@ void add_estimators_command(CLI::App& app) {
           "exit with 1 when the pose or the map of an estimator is optimistic or pessimistic, all taken "
           "together (Holm)");
   static constexpr const char* kExamples[] = {
-      "credence estimators ukfm_slam2d --out out/estimators",
+      "credence estimators ukfm_slam2d --out out/estimators    # two minutes of one core",
       "credence estimators huang_ring --estimators ekf,ideal,fej --runs 1000",
-      "credence estimators huang_annulus --set world.map=7 --format json",
-      "credence estimators estimator_map --out out/map"};
+      "credence estimators huang_annulus --set world.map=7 --format json    # two minutes, too",
+      "credence estimators estimator_map --runs 40 --estimators ekf,fej,invariant,schmidt --out out/map"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{estimators(*options)}; });
 }

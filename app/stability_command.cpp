@@ -5,7 +5,9 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/stability/lifted_model.h"
@@ -19,8 +21,10 @@
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/tell.h"
+#include "core/append_item.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
+#include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/stability/planar_stability_report.h"
@@ -54,13 +58,36 @@ std::vector<std::string> own_names(const Scenario& scenario, const LinearProblem
   return slam ? std::vector<std::string>{} : problem.scene.layout.states;
 }
 
+/// The keys that R is made of which the filter of such a world assumes.
+std::string keys_of_measurement_noise(const Scenario& scenario) {
+  std::string keys;
+  for (const auto& [section, name] : {std::pair{"noise", "measurement_variance"},
+                                      {"noise", "position_std"},
+                                      {"world", "R"},
+                                      {"filter", "R"},
+                                      {"filter", "measurement_scale"}}) {
+    const ScenarioKey* const key = find_scenario_key(section, name);
+    if (key != nullptr && key->of_world(scenario.world.model)) append_item(keys, key->path());
+  }
+  return keys;
+}
+
+/// Throws std::invalid_argument, which the Riccati equation would without the names of keys.
+void require_measurement_noise(const Scenario& scenario, const LinearModel& model) {
+  if (model.R.llt().info() == Eigen::Success) return;
+  throw std::invalid_argument(fmt::format("R of the filter is not positive definite: it follows from {}",
+                                          keys_of_measurement_noise(scenario)));
+}
+
 Document linear_stability(const Scenario& scenario, const LinearProblem& problem,
                           const StabilityOptions& options) {
   const std::vector<LinearModel> period = problem.assumed_period();
   const Index length = std::ssize(period), steps = std::max<Index>(1, scenario.study.steps / length);
+  const LinearModel model = lifted_model(period);
+  require_measurement_noise(scenario, model);
   const StabilityAnalysis analysis =
-      analyse_stability(lifted_model(period), problem.rule, steps,
-                        std::max({options.horizon / length, steps, Index{4}}), own_names(scenario, problem));
+      analyse_stability(model, problem.rule, steps, std::max({options.horizon / length, steps, Index{4}}),
+                        own_names(scenario, problem));
   return stability_document(scenario, analysis, length);
 }
 

@@ -49,6 +49,15 @@ Shard parse_shard(const std::string& text) {
   throw ScenarioError(fmt::format("--shard {}: accepted are i/n with 1 <= i <= n, as in 2/4", text));
 }
 
+/// Whoever types `sweep` expects several configurations: that there is but one is said.
+void tell_of_no_sweep(const std::string& file, const SweepPlan& plan) {
+  if (!plan.axes.empty() || is_helper(launched_ranks())) return;
+  say(fmt::format(
+      "{0} has no [sweep] that varies a key, so that this is its one configuration, as credence run {0} "
+      "plays it; to vary one: a [sweep] table, or --set sweep.SECTION.KEY=VALUES",
+      file));
+}
+
 ShardRuns runs_of(const Shard& shard, const std::vector<PlayedStudy>& results, const std::string& directory) {
   ShardRuns runs{.number = shard.number, .of = shard.of, .directory = directory, .configurations = {}};
   for (const PlayedStudy& played : results) {
@@ -63,6 +72,7 @@ int sweep(SweepOptions& options) {
     throw ScenarioError(
         "--fail-on-inconsistent: a shard has no verdict; merge them, and run the sweep on the joined ones");
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
+  tell_of_no_sweep(options.scenario, plan);
   const std::string canonical = canonical_toml(plan);
   if (options.out.empty()) options.out = default_directory(plan).string();
 

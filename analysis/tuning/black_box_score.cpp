@@ -38,10 +38,6 @@ void ScoreSum::add_normalised(VectorRef u, double log_determinant, std::size_t s
   ok_ = ok_ && std::isfinite(value_);
 }
 
-void ScoreSum::skip(std::size_t sensor) {
-  if (sensor < before_.size()) before_[sensor].resize(0);
-}
-
 UnitScores unit_scores(const std::vector<ScoreSum>& units) {
   UnitScores scores;
   scores.value = scores.nis = scores.lag_one = Vector::Zero(std::ssize(units));

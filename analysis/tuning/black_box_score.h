@@ -23,21 +23,19 @@ class ScoreSum {
   void add(VectorRef nu, MatrixRef S, std::size_t sensor = 0);
   /// The same, normalised: u = L⁻¹ ν, S = L Lᵀ, and ln det S.
   void add_normalised(VectorRef u, double log_determinant, std::size_t sensor = 0);
-  /// The sensor is silent at a step: its innovations before and after are no neighbours.
-  void skip(std::size_t sensor);
   /// What follows says nothing that can be scored.
   void spoil() { ok_ = false; }
 
   double value() const { return value_; }
   double nis() const { return nis_; }
-  double lag_one() const { return lag_one_; }  ///< of neighbours of one sensor
+  double lag_one() const { return lag_one_; }  ///< of successive innovations of one sensor, however far apart
   double steps() const { return steps_; }
   double dof() const { return dof_; }
   bool ok() const { return ok_; }
 
  private:
   double value_ = 0.0, nis_ = 0.0, lag_one_ = 0.0, steps_ = 0.0, dof_ = 0.0;
-  std::vector<Vector> before_;  ///< normalised, of each sensor at the last step; empty: silent
+  std::vector<Vector> before_;  ///< normalised, the last of each sensor
   bool ok_ = true;
 };
 

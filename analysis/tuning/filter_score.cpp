@@ -28,11 +28,7 @@ UnitScores FilterScore::play(const std::vector<double>& factors) const {
           ScoreSum& run = runs[static_cast<std::size_t>(i)];
           for (std::size_t sensor = 0; sensor < step.innovations.size(); ++sensor) {
             const Innovation& innovation = step.innovations[sensor];
-            if (innovation.nu.size() > 0) {
-              run.add(innovation.nu, innovation.S, sensor);
-            } else {
-              run.skip(sensor);
-            }
+            if (innovation.nu.size() > 0) run.add(innovation.nu, innovation.S, sensor);
           }
         });
     for (std::int64_t i = 0; i < count; ++i) {

@@ -55,10 +55,13 @@ LeftOut leave_out(const SensorRecord& record, double dof, bool white, double con
   result.parts = std::ssize(parts);
   if (parts.size() < 2) return result;
   NisPart all;
+  double most = 0.0;
   for (const NisPart& part : parts) {
     all.sum += part.sum;
     all.count += part.count;
+    most = std::max(most, part.sum);
   }
+  if (!(most < all.sum)) return result;  // all but one of them, or all, are zero
   std::vector<double> p_values;
   std::vector<bool> above;
   double mean = 0.0;
@@ -94,6 +97,11 @@ GainError gain_error(const WhitenessTest& whiteness) {
 std::string what_comes_first(const SensorRecord& record, const InnovationTests& tests, double confidence) {
   constexpr std::size_t kMean = 3;  // of InnovationTests::adjusted_p_value
   if (record.unwrapped > 0) return unwrapped_text(record.unwrapped);
+  if (std::ranges::all_of(record.runs, [](const RecordedInnovations& run) {
+        return std::ranges::all_of(run.nis, [](double nis) { return nis == 0.0; });
+      })) {
+    return "every innovation is exactly zero: a sensor that is off is not to be logged";
+  }
   std::string turned = turns_text(record.name, record.turns);
   if (!turned.empty()) return turned;
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
@@ -181,8 +189,8 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
   const double constant = t.dof * std::log(2.0 * std::numbers::pi) + record.log_determinant / count;
   const double mean = sum / count, scale = mean / t.dof;
   t.score_before = -0.5 * (constant + mean);
-  t.score_after = -0.5 * (constant + t.dof * std::log(scale) + t.dof);
-  if (t.gain == GainError::none_seen) {
+  if (scale > 0.0) t.score_after = -0.5 * (constant + t.dof * std::log(scale) + t.dof);
+  if (scale > 0.0 && t.gain == GainError::none_seen) {
     t.likelihood_ratio_p_value =
         chi_square_survival(2.0 * count * std::max(0.0, t.score_after - t.score_before), 1.0);
   }

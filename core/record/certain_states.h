@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -25,6 +26,18 @@ inline void find_certain_states(const VectorRef& estimate, const VectorRef& erro
     if (variance > 0.0 && variance < rounding * rounding && std::abs(error[i]) <= rounding) {
       certain.push_back(i);
     }
+  }
+}
+
+/// Finds the states of variance 0, and without covariances but those that are not known (NaN), that have an
+/// error: of these alone P claims a certainty that is wrong, and the others can be judged without them.
+inline void find_wrongly_certain_states(const VectorRef& error, const MatrixRef& P,
+                                        std::vector<Index>& wrong) {
+  wrong.clear();
+  for (Index i = 0; i < std::min(error.size(), P.rows()); ++i) {
+    if (P(i, i) != 0.0 || !(std::abs(error[i]) > kCertainError) || !std::isfinite(error[i])) continue;
+    const auto alone = [](double covariance) { return !(std::abs(covariance) > 0.0); };
+    if (std::ranges::all_of(P.row(i), alone) && std::ranges::all_of(P.col(i), alone)) wrong.push_back(i);
   }
 }
 

@@ -67,6 +67,7 @@ NormalisedError normalised_error(VectorRef error, MatrixRef P) {
   if (!error.allFinite()) return failure("the error is not finite");
 
   NormalisedError result;
+  bool leaves_range = false;
   std::vector<Index> kept;
   for (Index i = 0; i < n; ++i) {
     if (P(i, i) < 0.0) return failure("the covariance has a negative variance");
@@ -76,10 +77,9 @@ NormalisedError normalised_error(VectorRef error, MatrixRef P) {
     }
     // |P_ij|² ≤ P_ii P_jj: a covariance with a known state must be zero.
     if (P.row(i).cwiseAbs().maxCoeff() > 0.0) return failure("a zero variance has a covariance");
-    if (std::abs(error(i)) > kCertainError && result.certain < 0) result.certain = i;
+    leaves_range = leaves_range || std::abs(error(i)) > kCertainError;
   }
 
-  bool leaves_range = result.certain >= 0;
   const Index m = static_cast<Index>(kept.size());
   Matrix correlation(m, m);
   Vector scaled(m);

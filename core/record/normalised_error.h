@@ -12,7 +12,6 @@ struct NormalisedError {
   std::string_view reason = {};
   double value = 0.0;  ///< infinite if the error leaves the range of P: P claims a certainty that is wrong
   Index dof = 0;       ///< rank of P
-  Index certain = -1;  ///< the first state of variance 0 that has an error; −1: none
   Vector whitened;     ///< dof values, independent N(0, 1) under consistency; value is their squared norm
 };
 

@@ -65,6 +65,7 @@ inline constexpr Index kLargestTold = 60;
 /// One step of one run.
 struct NormalisedStep {
   std::int64_t step = 0;        ///< from 1
+  std::int64_t line = 0;        ///< as Step::line
   std::vector<Index> states{};  ///< as Step::states
   Vector error{}, variance{};   ///< of these states
   Vector estimate{};            ///< x̂ of these states, in coordinates; empty: not known
@@ -75,7 +76,9 @@ struct NormalisedStep {
   NormalisedSquare whole{};                ///< its dof is the sum over blocks without a joint covariance
   double log_determinant = kNaN;           ///< of P of full rank
   std::vector<NormalisedSquare> blocks{};  ///< of the layout
-  BlockError lead{}, position{};           ///< of the block that leads, and of that of the position
+  /// States of the layout that have an error where P claims certainty: they are judged as if they had none.
+  std::vector<Index> wrongly_certain{};
+  BlockError lead{}, position{};                    ///< of the block that leads, and of that of the position
   std::vector<NormalisedInnovation> innovations{};  ///< one for each sensor
 };
 

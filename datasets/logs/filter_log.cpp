@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "core/append_item.h"
 #include "core/linear_algebra/symmetry.h"
@@ -29,6 +30,15 @@ constexpr std::int64_t kLargestGap = 100'000, kLargestStepsPerRow = 100;
 /// Where the entry (i, j), i ≤ j, of an n×n matrix stands when its upper triangle is listed by rows.
 std::size_t triangle_index(Index i, Index j, Index n) {
   return static_cast<std::size_t>(i * n - i * (i - 1) / 2 + (j - i));
+}
+
+/// Whether it is whole and of at most 15 digits: all that a double holds.
+bool is_short_whole(double run) { return std::abs(run) < 1e15 && std::floor(run) == run; }
+
+/// The field of a column as it is written, of a line that has it.
+std::string_view written_field(std::string_view line, Index column) {
+  for (; column > 0; --column) line.remove_prefix(line.find(',') + 1);
+  return trim_quotes(trim_blanks(line.substr(0, line.find(','))));
 }
 
 /// "nan" as programs write it, in letters of either case, with a sign or without.
@@ -117,7 +127,11 @@ double FilterLogReader::parse_field(std::string_view text, std::size_t column) c
                           shown_field(names_[column]), shown_field(field)));
 }
 
-void FilterLogReader::check_order() {
+std::string FilterLogReader::run_text() const {
+  return long_run_.empty() ? fmt::format("{}", run_ + 0.0) : long_run_;  // no −0
+}
+
+void FilterLogReader::check_order(std::string_view line) {
   const auto field = [&](Index column, const char* name) {
     const double value = fields_[static_cast<std::size_t>(column)];
     if (std::isnan(value)) lines_.fail(fmt::format("column {} is blank", name));
@@ -126,11 +140,14 @@ void FilterLogReader::check_order() {
   run_began_ = rows_ == 0;
   if (header_.run >= 0) {
     const double run = field(header_.run, "run");
-    run_began_ = run_began_ || run != run_;
-    if (run_began_ && !runs_.insert(run).second) {
-      lines_.fail(fmt::format("the rows of run {} do not stand together", run));
+    const std::string_view long_run = is_short_whole(run) ? "" : written_field(line, header_.run);
+    run_began_ = run_began_ || run != run_ || long_run != long_run_;
+    if (run_began_) {
+      run_ = run;
+      long_run_ = long_run;
+      if (const std::string name = run_text(); !runs_.insert(name).second)
+        lines_.fail(fmt::format("the rows of run {} do not stand together", shown_field(name)));
     }
-    run_ = run;
   }
   if (header_.time >= 0) {
     double time = field(header_.time, "time");
@@ -326,7 +343,7 @@ bool FilterLogReader::next(Step& row) {
     return false;
   }
   parse_fields(line);
-  check_order();
+  check_order(line);
   if (failure_ && !run_began_)
     lines_.fail(
         "the line '# failed: …' before stands behind the last row of its run, and this row is of the same");
@@ -365,7 +382,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   while (reader.next(row)) {
     if (reader.run_began()) {
       end_failed();
-      if (const auto number = reader.run()) sink.run_number(*number);
+      if (auto number = reader.run()) sink.run_number(*std::move(number));
       sink.begin_run(reader.layout());
       open = true;
       travelled = {};

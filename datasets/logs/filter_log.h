@@ -33,8 +33,11 @@ class FilterLogReader {
 
   /// True if the row last read begins another run.
   bool run_began() const { return run_began_; }
-  /// What the column `run` says of the row last read; none in a file without it.
-  std::optional<double> run() const { return header_.run < 0 ? std::nullopt : std::optional<double>(run_); }
+  /// What the column `run` says of the row last read; none in a file without it. A whole number of at most 15
+  /// digits is a number, and any other one is what is written: a double does not hold all digits of a date.
+  std::optional<std::string> run() const {
+    return header_.run < 0 ? std::nullopt : std::optional(run_text());
+  }
 
   /// A line "# failed: OUTCOME at step N" just before the row last read, or the end: how the run before it
   /// ended.
@@ -57,7 +60,8 @@ class FilterLogReader {
   void parse_fields(std::string_view line);
   double parse_field(std::string_view text, std::size_t column) const;
   void read_comment(std::string_view line);
-  void check_order();
+  void check_order(std::string_view line);
+  std::string run_text() const;
   void read_state(Step& row) const;
   void read_innovations(Step& row);
   void read_noise(std::size_t sensor, std::string_view& problem);
@@ -73,8 +77,9 @@ class FilterLogReader {
   std::vector<Index> kept_;         // components of an innovation that are there
   std::vector<Matrix> noise_;       // R of each sensor as last said, empty before
   std::vector<std::string> names_;  // of the columns, for messages
-  std::set<double> runs_;
+  std::set<std::string> runs_;
   double run_ = 0.0, time_ = 0.0;
+  std::string long_run_;  // as written where run_ does not hold it, else empty
   std::int64_t step_ = 0;
   bool from_zero_ = false;  ///< the steps of the file are counted from 0
   bool run_began_ = false;

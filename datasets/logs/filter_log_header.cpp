@@ -121,6 +121,7 @@ class HeaderParser {
       throw std::invalid_argument(
           fmt::format("column {}, '{}': its name holds a control character", column + 1, shown_field(name)));
     }
+    names_.push_back(name);
     if (!place(name, column)) unknown_.push_back(shown_field(name));
   }
 
@@ -202,13 +203,24 @@ class HeaderParser {
     return false;
   }
 
+  /// What two columns, the first of which stands in the place of the other, are refused with.
+  std::invalid_argument there_twice(Index first, Index second) const {
+    const std::string_view name = names_[static_cast<std::size_t>(first)],
+                           other = names_[static_cast<std::size_t>(second)];
+    if (name == other)
+      return std::invalid_argument(fmt::format("column {} is there twice", shown_field(name)));
+    return std::invalid_argument(fmt::format("columns {} and {}: what they stand for is there twice",
+                                             shown_field(name), shown_field(other)));
+  }
+
   template <class Map, class Key>
-  static bool insert(Map& map, const Key& key, Index column) {
-    if (!map.emplace(key, column).second) throw std::invalid_argument("a column is there twice");
+  bool insert(Map& map, const Key& key, Index column) const {
+    const auto [place, is_new] = map.emplace(key, column);
+    if (!is_new) throw there_twice(place->second, column);
     return true;
   }
-  static bool set(Index& place, Index column) {
-    if (place >= 0) throw std::invalid_argument("a column is there twice");
+  bool set(Index& place, Index column) const {
+    if (place >= 0) throw there_twice(place, column);
     place = column;
     return true;
   }
@@ -363,6 +375,7 @@ class HeaderParser {
     for (Index i = 0; i < sensor.piece; ++i) sensor.angles.push_back(columns.angles.contains(first + i));
   }
 
+  std::vector<std::string_view> names_;  // of all columns, in the line
   std::vector<std::string> unknown_;
   FilterLogHeader header_;
   std::set<std::string> states_;

@@ -131,7 +131,7 @@ class GroupSums final : public RowSink {
       if (sums_.add(row.state)) calibration_.add(row.state, row.travelled_m, sums_.factored());
       return;
     }
-    if (!row.problem.empty()) return sums_.reject(row.step, row.line, row.problem, row.certain);
+    if (!row.problem.empty()) return sums_.reject(row.step, row.line, row.problem);
     sums_.add(row.normalised);
     if (row.factored) return calibration_.add({&row.factor, &row.normalised}, row.travelled_m);
     calibration_.add(row.state, row.travelled_m);
@@ -190,7 +190,7 @@ class GroupSink final : public LogSink {
         group_.states.push_back({file_, std::move(names)});
     }
     calibrated_ = CalibrationRecorder::takes(layout);
-    const double number = number_.next();
+    const std::string number = number_.next();
     group_.fingerprints.begin_run(number);
     group_.times.begin_run();
     group_.judged.begin_run(run_name(file_.string(), number), layout);
@@ -204,7 +204,7 @@ class GroupSink final : public LogSink {
   void finish() {
     if (together_) together_->finish();
   }
-  void run_number(double number) override { number_.tell(number); }
+  void run_number(std::string number) override { number_.tell(std::move(number)); }
   void add(const Step& step) override {
     stop_point();
     ++steps_;
@@ -279,7 +279,6 @@ class GroupSink final : public LogSink {
     row.line = step.line;
     if (!step.states.empty()) places_.find(step.states, layout_);
     row.problem = normaliser_.normalise(step, layout_, places_, row.normalised);
-    row.certain = normaliser_.certain_state();
     row.factored = false;
     if (!row.problem.empty() || !calibrated_) return;
     const SmallCholesky* const factor = normaliser_.factor_of_state();

@@ -19,7 +19,6 @@ namespace credence::internal {
 struct NormalisedRow {
   std::int64_t step = 0, line = 0;  ///< as of Step
   std::string_view problem = {};    ///< why it cannot be used, else empty
-  Index certain = -1;               ///< StepNormaliser::certain_state
   NormalisedStep normalised{};      ///< without a problem
   SmallCholesky factor{};           ///< of P, of a state that is calibrated
   bool factored = false;            ///< there is one

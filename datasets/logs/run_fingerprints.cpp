@@ -71,8 +71,8 @@ std::string RunFingerprints::name_of(const Run& run, const Run& beside) {
 
 void RunFingerprints::begin_file(const std::filesystem::path& file) { file_ = &file; }
 
-void RunFingerprints::begin_run(std::optional<double> number) {
-  runs_.push_back({.file = file_, .number = number});
+void RunFingerprints::begin_run(std::optional<std::string> number) {
+  runs_.push_back({.file = file_, .number = std::move(number)});
   hash_ = 0;
   rows_ = 0;
   bits_ = {};

@@ -30,7 +30,7 @@ class RunFingerprints {
  public:
   /// The runs that follow are in this file, which must outlive this.
   void begin_file(const std::filesystem::path& file);
-  void begin_run(std::optional<double> number = {});
+  void begin_run(std::optional<std::string> number = {});
   /// The run that is open is alone in its file.
   void name_by_file() { runs_.back().number.reset(); }
   void add(const Step& step);
@@ -54,8 +54,8 @@ class RunFingerprints {
  private:
   struct Run {
     const std::filesystem::path* file = nullptr;
-    std::optional<double> number{};  ///< in its file (run_name.h)
-    std::int64_t longest = 0;        ///< rows of its longest beginning; 0: there is none
+    std::optional<std::string> number{};  ///< in its file (run_name.h)
+    std::int64_t longest = 0;             ///< rows of its longest beginning; 0: there is none
   };
   /// Bits by which the rows so far identify their run, −log2 of the chance that an independent one has them:
   /// log2(1/p) for each number that is neither zero nor what it was in the row before, p the share of equal

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -269,21 +270,61 @@ bool TruthComparison::used_up(const PoseEstimate& estimate, const UncertainPose&
 
 namespace {
 
-/// Whether the times of one would meet those of the other in another unit, over this share of the longer;
-/// empty: they would not.
-std::string other_unit(double first_s, double last_s, double from, double to, double share = 0.0) {
+/// Times from the first to the last row.
+struct TimeSpan {
+  double first_s, last_s;
+
+  double duration_s() const { return last_s - first_s; }
+  TimeSpan over(double per_second) const { return {first_s / per_second, last_s / per_second}; }
+};
+
+TimeSpan span_of(const Trajectory& trajectory) {
+  return {trajectory.time_s.front(), trajectory.time_s.back()};
+}
+
+/// Below zero by the time between them.
+double overlap_s(TimeSpan a, TimeSpan b) {
+  return std::min(a.last_s, b.last_s) - std::max(a.first_s, b.first_s);
+}
+
+/// The shorter duration over the longer one; 0 where one has none.
+double alike(TimeSpan a, TimeSpan b) {
+  const double longer = std::max(a.duration_s(), b.duration_s());
+  return longer > 0.0 ? std::min(a.duration_s(), b.duration_s()) / longer : 0.0;
+}
+
+enum class Most { of_shorter, of_longer };
+
+/// Whether most of the shorter or of the longer one would meet the other, were the times of one in another
+/// unit, in which they last no less alike than as they are; empty: it would not.
+std::string other_unit(TimeSpan estimates, TimeSpan truth, Most most) {
   constexpr std::pair<double, const char*> kUnits[] = {{1e3, "ms"}, {1e6, "µs"}, {1e9, "ns"}};
-  const auto meet = [&](double of_estimates, double of_truth) {
-    const double first = first_s / of_estimates, last = last_s / of_estimates;
-    const double begin = from / of_truth, end = to / of_truth;
-    return std::min(last, end) - std::max(first, begin) >= share * std::max(last - first, end - begin);
+  constexpr double kMost = 0.5;
+  const double as_written = alike(estimates, truth);
+  const auto meet = [&](TimeSpan a, TimeSpan b) {
+    const double asked_s = most == Most::of_longer ? std::max(a.duration_s(), b.duration_s())
+                                                   : std::min(a.duration_s(), b.duration_s());
+    return overlap_s(a, b) >= kMost * asked_s && alike(a, b) >= as_written;
   };
   for (const auto& [per_second, unit] : kUnits) {
-    if (meet(1.0, per_second)) return fmt::format("they would meet were the times of the truth in {}", unit);
-    if (meet(per_second, 1.0))
+    if (meet(estimates, truth.over(per_second)))
+      return fmt::format("they would meet were the times of the truth in {}", unit);
+    if (meet(estimates.over(per_second), truth))
       return fmt::format("they would meet were the times of the estimates in {}", unit);
   }
   return {};
+}
+
+/// What brings two of about the same duration together, whose clocks then differ in their zero; empty: they
+/// last unlike.
+std::string other_zero(TimeSpan estimates, TimeSpan truth) {
+  constexpr double kAlike = 0.9;
+  if (alike(estimates, truth) < kAlike) return {};
+  const double ahead_s = std::round(1e3 * (truth.first_s - estimates.first_s)) / 1e3;
+  return fmt::format(
+      "they last about as long: if they are of one drive, their clocks differ by about {0:.15g} s "
+      "(--time-offset {0:.15g})",
+      ahead_s);
 }
 
 }  // namespace
@@ -300,23 +341,25 @@ std::string no_seconds(double time_s) {
 
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching) {
-  const double from = truth.time_s.front(), to = truth.time_s.back();
+  const TimeSpan estimates{first_s, last_s}, of_truth = span_of(truth);
+  const double offset_s = matching.time_offset_s.value_or(0.0);
+  const bool apart = first_s + offset_s >= of_truth.last_s || last_s + offset_s <= of_truth.first_s;
   std::string more =
-      first_s < to && last_s > from ? more_of_sparse(truth, matching) : other_unit(first_s, last_s, from, to);
+      apart ? other_unit(estimates, of_truth, Most::of_shorter) : more_of_sparse(truth, matching);
   if (more.empty()) more = no_seconds(last_s);
+  if (more.empty() && apart) more = other_zero(estimates, of_truth);
   return {estimate, "",
           fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
                       "{:.3f} to {:.3f} s, tolerance {} s{}{}",
-                      truth.file.string(), first_s, last_s, from, to, matching.max_time_difference_s,
-                      more.empty() ? "" : "; ", more)};
+                      truth.file.string(), first_s, last_s, of_truth.first_s, of_truth.last_s,
+                      matching.max_time_difference_s, more.empty() ? "" : "; ", more)};
 }
 
 void tell_unmatched(std::int64_t unmatched, std::int64_t rows, double first_s, double last_s,
                     const Trajectory& truth, const TrajectoryMatching& matching, LogSink& sink) {
   sink.unmatched(unmatched);
   constexpr std::int64_t kFew = 20;  // of so many rows one has a truth
-  constexpr double kMost = 0.5;
-  const std::string unit = other_unit(first_s, last_s, truth.time_s.front(), truth.time_s.back(), kMost);
+  const std::string unit = other_unit({first_s, last_s}, span_of(truth), Most::of_longer);
   if (kFew * (rows - unmatched) <= rows && !unit.empty()) {
     return sink.mistake(fmt::format("Of {} rows {} have no truth at their time; {}.", rows, unmatched, unit));
   }

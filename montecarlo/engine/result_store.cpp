@@ -80,10 +80,36 @@ std::int64_t checksum(const ChunkKey& key, std::span<const std::byte> payload) {
   return static_cast<std::int64_t>(stable_hash(bytes, stable_hash(describe(key))));
 }
 
+// Far beyond what a study may have, and so small that sums of two are no overflow.
+constexpr std::int64_t kLargestRun = 1'000'000'000'000;
+
+bool is_possible(const ChunkKey& key) {
+  return key.first_run >= 0 && key.first_run <= kLargestRun && key.runs >= 1 && key.runs <= kLargestRun;
+}
+
 void check_key(const ChunkKey& key) {
-  if (key.first_run >= 0 && key.runs >= 1) return;
-  throw std::invalid_argument(fmt::format("a chunk of {} runs from run {}: needs first_run >= 0, runs >= 1",
-                                          key.runs, key.first_run));
+  if (is_possible(key)) return;
+  throw std::invalid_argument(
+      fmt::format("a chunk of {} runs from run {}: needs first_run >= 0, runs >= 1, "
+                  "and both to be at most {}",
+                  key.runs, key.first_run, kLargestRun));
+}
+
+/// Throws StoreError for keys that no study has stored, of one configuration in their order. Chunks of the
+/// same first run may be there with fewer and with more runs, as the last one of a study that was extended.
+void require_apart(const std::string& file, std::span<const ChunkKey> keys) {
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (!is_possible(keys[i])) {
+      throw StoreError(fmt::format("{}: holds a chunk of {} runs from run {}, which no study has", file,
+                                   keys[i].runs, keys[i].first_run));
+    }
+    if (i == 0) continue;
+    const ChunkKey &key = keys[i], &before = keys[i - 1];
+    const bool follows = key.first_run >= before.first_run + before.runs;
+    if (follows || (key.first_run == before.first_run && key.runs > before.runs)) continue;
+    throw StoreError(fmt::format("{}: runs {} to {} and {} overlap, as those of no study do", file,
+                                 before.first_run, before.first_run + before.runs - 1, describe(key)));
+  }
 }
 
 }  // namespace
@@ -336,6 +362,7 @@ std::vector<ChunkKey> ResultStore::chunks(std::string_view configuration) const 
   while (statement.step()) {
     keys.push_back({std::string(configuration), statement.integer(0), statement.integer(1)});
   }
+  require_apart((directory_ / kFileName).string(), keys);
   return keys;
 }
 
@@ -385,6 +412,7 @@ ResultStore::MergeCount ResultStore::merge_from(const ResultStore& other) {
         const auto companion = other.get_companion(key);
         if (added && companion) put_companion(key, *companion, packed(*companion));
       }
+      chunks(id);  // those of both together
     }
     commit();
   } catch (...) {

@@ -107,7 +107,8 @@ class ResultStore {
   /// Its bytes, nothing if there are none; throws if they fail their checksum.
   std::optional<std::vector<std::byte>> get_companion(const ChunkKey& key) const;
 
-  /// The keys of all chunks of a configuration, ascending by first run and count.
+  /// The keys of all chunks of a configuration, ascending by first run and count. Throws where the runs of
+  /// two overlap that do not begin with the same run, or no study has so many.
   std::vector<ChunkKey> chunks(std::string_view configuration) const;
 
   /// Makes everything put so far permanent. Throws where the file was moved or removed meanwhile.

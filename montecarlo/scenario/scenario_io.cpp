@@ -282,8 +282,10 @@ void apply_override(ScenarioDocument& document, const std::string& text) {
   const std::string path = trimmed(std::string_view(text).substr(0, equals));
   const std::size_t dot = section_end(path);
   if (equals == text.size() || dot == 0 || dot == std::string::npos || dot + 1 == path.size()) {
-    throw ScenarioError(fmt::format("--set {}: must be section.key=value, such as noise.process_variance=0.2",
-                                    shown_text(text)));
+    const std::string meant = dot == std::string::npos ? keys_without_section(path) : "";
+    throw ScenarioError(fmt::format(
+        "--set {}: must be section.key=value, {}", shown_text(text),
+        meant.empty() ? "such as noise.process_variance=0.2" : fmt::format("did you mean {}?", meant)));
   }
   const std::string section = path.substr(0, dot);
   const std::string key = path.substr(dot + 1);

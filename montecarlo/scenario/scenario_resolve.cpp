@@ -37,12 +37,13 @@ std::vector<std::string_view> names_of(std::string_view section, const std::opti
   return names;
 }
 
-/// The key of this name in whatever section, as section.name.
-std::string key_elsewhere(std::string_view name) {
+/// The keys of this name in whatever sections, as "world.Q or filter.Q".
+std::string keys_elsewhere(std::string_view name) {
+  std::vector<std::string> paths;
   for (const ScenarioKey& key : scenario_keys()) {
-    if (key.name == name) return key.path();
+    if (key.name == name) paths.push_back(key.path());
   }
-  return {};
+  return fmt::format("{}", fmt::join(paths, " or "));
 }
 
 std::string sections_text() { return fmt::format("[{}], [sweep]", fmt::join(scenario_sections(), "], [")); }
@@ -132,23 +133,34 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
   return resolution.scenario;
 }
 
+std::string keys_without_section(std::string_view name) {
+  if (std::string path = keys_elsewhere(name); !path.empty()) return path;
+  std::vector<std::string_view> names;
+  for (const ScenarioKey& key : scenario_keys()) names.push_back(key.name);
+  const std::string_view close = closest_word(name, names);
+  return close.empty() ? "" : keys_elsewhere(close);
+}
+
 void throw_unknown_key(const Setting& setting, std::span<const Setting> settings) {
-  const std::string path = key_elsewhere(setting.key);
-  const std::string moved = path.empty() ? ";" : fmt::format(", did you mean {}?", path);
+  const auto meant = [](const std::string& path) {
+    return path.empty() ? ";" : fmt::format(", did you mean {}?", path);
+  };
   if (setting.section.empty()) {
     throw ScenarioError(fmt::format("{}: stands in no section{} accepted sections are {}", setting.place,
-                                    moved, sections_text()));
+                                    meant(keys_without_section(setting.key)), sections_text()));
   }
   const std::vector<std::string_view> names = names_of(setting.section, chosen_model(settings));
   if (names.empty()) {
-    const std::string_view close = closest_word(setting.section, scenario_sections());
+    std::vector<std::string_view> sections = scenario_sections();
+    sections.emplace_back("sweep");
+    const std::string_view close = closest_word(setting.section, sections);
     throw ScenarioError(fmt::format("{}: unknown section{} accepted are {}", setting.place,
                                     close.empty() ? ";" : fmt::format(", did you mean [{}]?", close),
                                     sections_text()));
   }
   const std::string_view close = closest_word(setting.key, names);
   throw ScenarioError(fmt::format("{}: unknown key{} [{}] accepts {}", setting.place,
-                                  close.empty() ? moved : fmt::format(", did you mean {}?", close),
+                                  meant(close.empty() ? keys_elsewhere(setting.key) : std::string(close)),
                                   setting.section, fmt::join(names, ", ")));
 }
 

@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/scenario/scenario_value.h"
@@ -22,5 +23,9 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
 /// Throws the ScenarioError of a setting that names no key: a suggestion, and the keys there are.
 /// `settings` tell the model, whose keys are listed.
 [[noreturn]] void throw_unknown_key(const Setting& setting, std::span<const Setting> settings);
+
+/// The keys that a name without its section may mean, as "world.Q or filter.Q": those of that name, or else
+/// of the name nearest to it; empty: there are none.
+std::string keys_without_section(std::string_view name);
 
 }  // namespace credence::internal

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from typing import Any, Callable, Mapping, Optional, Sequence
 
 import numpy as np
@@ -28,11 +29,33 @@ def switches_of(noise: Optional[Mapping[str, Any]]) -> Switches:
     return Switches(**(noise or {}))
 
 
+def _refused_arguments(filter: Callable[..., Any], factors: Mapping[str, Any]) -> str:
+    """Why it cannot be called with these; empty where it can, or where nobody knows."""
+    try:
+        signature = inspect.signature(filter)
+    except (TypeError, ValueError):  # of compiled code
+        return ""
+    try:
+        signature.bind(**factors)
+    except TypeError as error:
+        return str(error)
+    return ""
+
+
 def made_by(filter: Callable[..., Any], **factors: Any) -> Any:
-    """A filter. Raises PlugError for what makes none."""
+    """A filter. Raises PlugError for what makes none, or not of these arguments."""
     if not callable(filter):
         raise PlugError(f"the filter is a {type(filter).__name__}: expected what makes one when it is called, as its class")
-    return filter(**factors)
+    try:
+        return filter(**factors)
+    except TypeError as error:
+        refused = _refused_arguments(filter, factors)
+        if not refused:
+            raise
+        name = getattr(filter, "__name__", type(filter).__name__)
+        call = f"{name}({', '.join(f'{factor}={value}' for factor, value in factors.items())})"
+        hint = f"; {', '.join(factors)} of `start` are its keyword arguments" if factors else ""
+        raise PlugError(f"the filter is to be made by {call}, which fails: {refused}{hint}") from error
 
 
 def plugged_states(

@@ -131,7 +131,7 @@ def tune_filter(
     no better than any other; with `start` none may.
 
     Raises ValueError for no factor or one that is not positive, and for a filter that has no scores with its start; PlugError as
-    ``study``.
+    ``study``, and for a filter that does not take the factors as keyword arguments.
     """
     runs, steps = require_whole(runs, "runs", 1, MOST_RUNS), require_whole(steps, "steps", 1, MOST_STEPS)
     seed = require_whole(seed, "seed", 0, LARGEST_SEED)

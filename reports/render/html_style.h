@@ -85,7 +85,7 @@ th[aria-sort=ascending] button::after { content: " ▲"; font-size: .7em; }
 th[aria-sort=descending] button::after { content: " ▼"; font-size: .7em; }
 tbody tr { border-bottom: 1px solid var(--rule); }
 tbody tr:last-child { border-bottom: 1.5px solid var(--ink); }
-th, td { padding: .3rem .38rem; text-align: left; }
+th, td { padding: .3rem .25rem; text-align: left; }
 td { vertical-align: top; white-space: nowrap; }
 td.long { white-space: normal; min-width: 12rem; }
 td.with-interval { white-space: normal; }

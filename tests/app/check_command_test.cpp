@@ -2,9 +2,11 @@
 // codes.
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <cmath>
 #include <filesystem>
 #include <random>
 #include <sstream>
@@ -293,9 +295,19 @@ TEST_F(CheckCommand, SaysWhatItReadRejectedAndWhere) {
   EXPECT_NE(f.out.find("log.csv:5"), std::string::npos) << f.out;
   EXPECT_NE(f.err.find("rows/s"), std::string::npos) << f.err;
   const Json j = json({"check", "log.csv", "--format", "json", "--quiet", "--sensitivity"}, 3);
-  EXPECT_EQ(j["rejected_rows"], 2);
+  EXPECT_EQ(j["rejected_rows"], 1);
+  EXPECT_THAT(j["wrongly_certain"].dump(), testing::HasSubstr("log.csv:5"));
   EXPECT_EQ(j["rows"], 4);
   EXPECT_TRUE(j["sensitivity"].is_object());
+}
+
+TEST_F(CheckCommand, WhereNothingIsClaimedButCertaintyTheAnswerSaysSo) {
+  write("log.csv", "estimate.x,truth.x,P.1.1\n1,0,0\n1,0,0\n0.5,0,0\n");
+  const Finished f = run({"check", "log.csv"});
+  EXPECT_EQ(f.code, 3) << f.err;
+  EXPECT_THAT(f.out,
+              testing::StartsWith("Can this covariance be trusted? undecided: x errs in 3 of 3 rows where P "
+                                  "claims certainty (variance 0)\n"));
 }
 
 /// A trajectory of 40 poses on a line, with unit covariance in position and orientation.
@@ -609,6 +621,24 @@ TEST_F(CheckCommand, ErrorsThatAreAllZeroAreNoLaw) {
   const Json overall = json({"check", "a.csv", "--format", "json", "--quiet"})["nees"]["overall"];
   EXPECT_LT(overall["lower"], 1.0);
   EXPECT_GT(overall["upper"], 1.0);
+}
+
+// A truth of which a part was copied from the estimate: what is wrong alone is that part.
+TEST_F(CheckCommand, ABlockWhoseErrorsAreAllZeroIsNamed) {
+  for (const double scale : {1.0, 9.0}) {
+    std::string text = "run,step,estimate.x,truth.x,estimate.yaw,truth.yaw,P.0.0,P.0.1,P.1.1\n";
+    for (int run = 0; run < 30; ++run) {
+      for (int step = 1; step <= 5; ++step)
+        text += fmt::format("{0},{1},{2},0,{1},{1},{3},0,1\n", run, step,
+                            std::sqrt(2.0) * std::cos(17.0 * run + 3.0 * step), 1.0 / scale);
+    }
+    write("a.csv", text);
+    const Finished f = run({"check", "a.csv"});
+    EXPECT_THAT(f.out,
+                testing::HasSubstr("Every error of yaw is exactly zero: is that part of the truth a copy of "
+                                   "the estimate?"));
+    EXPECT_EQ(f.out.find("optimistic in x") != std::string::npos, scale > 1.0) << f.out;
+  }
 }
 
 // The filter of the second version takes the process noise for a tenth of what it is.

@@ -46,6 +46,7 @@ TEST_F(CompareCommand, CompareSetsVerdictsBesideEachOtherAndPairsRunsOfTheSameNo
 TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
   write("a.toml", kMonobot);
   write("s.toml", kMonobotSweep);
+  write("empty.json", "{\"schema\": 1, \"studies\": []}");
   ASSERT_EQ(run({"run", "a.toml", "--out", "a", "--quiet"}).code, 0);
   ASSERT_EQ(run({"sweep", "s.toml", "--runs", "64", "--out", "s", "--quiet"}).code, 0);
   const std::pair<std::vector<std::string>, std::string> cases[] = {
@@ -53,6 +54,7 @@ TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
       {{"compare", "a", "nowhere"}, "nowhere: no such folder or document"},
       {{"compare", "a", "a.toml"}, "a.toml: is no JSON"},
       {{"compare", "a", "/dev/zero"}, "/dev/zero: is longer than 256 MiB, as no document is"},
+      {{"compare", "empty.json", "a"}, "empty.json: holds no results to compare"},
       {{"compare", "s"}, "compare: takes two results or more"}};
   for (const auto& [arguments, message] : cases) {
     const Finished f = run(arguments);

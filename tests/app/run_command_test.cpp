@@ -66,8 +66,8 @@ TEST_F(RunCommand, WhatIsCertainIsNotJudgedAndWhatIsNotIsNamed) {
         "R = [[0.3]]\nP0 = [[1, 0], [0, 4]]\n[filter]\nP0 = [[1, 0], [0, 0]]\n" +
             study);
   const Finished f = run({"run", "wrong.toml"});
-  EXPECT_THAT(f.out, HasSubstr("wrong is undecided: 20000 of 20000 rows are rejected (most of them: an error "
-                               "of x2 where the covariance claims certainty)"));
+  EXPECT_THAT(f.out, HasSubstr("wrong is undecided: x2 errs in 20000 of 20000 rows where P claims certainty "
+                               "(variance 0); what else is judged is consistent"));
   EXPECT_THAT(f.out,
               HasSubstr("of that of the errors is where it claims certainty, and there P is too small"));
   EXPECT_THAT(f.out, Not(HasSubstr("Proved")));

@@ -1,5 +1,6 @@
 // `credence show` and `credence report` as a user types them.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <string>
 
+#include "montecarlo/engine/result_store_sqlite.h"
 #include "tests/app/command.h"
 #include "tests/app/small_studies.h"
 
@@ -79,6 +81,41 @@ TEST_F(ShowCommand, ShowAndReportOfASweepThatIsRunningLeaveItAlone) {
   EXPECT_EQ(finished.code, 0) << finished.err;
   EXPECT_EQ(finished.out, whole.out);
   EXPECT_EQ(run({"show", "out"}).out.find("goes on"), std::string::npos);
+}
+
+// As of a shard, or of a file that lost its beginning.
+TEST_F(ShowCommand, RunsBehindMissingOnesAreCountedAndSaidNotToBeJudged) {
+  write("a.toml", kMonobot);
+  write("s.toml", kShownSweep);
+  ASSERT_EQ(run({"run", "a.toml", "--runs", "200", "--out", "out", "--quiet"}).code, 0);
+  const auto shown = [&](const char* missing) {
+    SqliteDatabase(folder_ / "out/results.sqlite", SqliteDatabase::Mode::create)
+        .execute(fmt::format("DELETE FROM chunks WHERE first_run = {}", missing));
+    return run({"show", "out"});
+  };
+  const Finished inner = shown("64");
+  EXPECT_EQ(inner.code, 0) << inner.err;
+  EXPECT_NE(
+      inner.out.find("a: 136 of 200 runs are stored (68.0 %); 72 of them are not judged, as runs 64 to 127 "
+                     "before them are missing; made by version"),
+      std::string::npos)
+      << inner.out;
+  const Finished outer = shown("0");
+  EXPECT_EQ(outer.code, 0) << outer.err;
+  EXPECT_NE(
+      outer.out.find("a: 72 of 200 runs are stored (36.0 %); 72 of them are not judged, as runs 0 to 127 "
+                     "before them are missing; made by version"),
+      std::string::npos)
+      << outer.out;
+  ASSERT_EQ(run({"sweep", "s.toml", "--shard", "2/2", "--out", "shard", "--quiet"}).code, 0);
+  EXPECT_NE(run({"show", "shard"})
+                .out.find("s: 108 of 300 runs are stored (36.0 %); 108 of them are not judged, as "
+                          "others before them are missing; made by version"),
+            std::string::npos);
+  ASSERT_EQ(run({"run", "a.toml", "--runs", "100", "--out", "out", "--quiet"}).code, 0);
+  EXPECT_NE(run({"show", "out"}).out.find("a: 100 of 100 runs are stored (100.0 %); made by version"),
+            std::string::npos)
+      << "those of more runs are not of this study";
 }
 
 TEST_F(ShowCommand, ReportMakesThePagesOfRunAgain) {

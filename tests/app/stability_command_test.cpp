@@ -13,6 +13,7 @@
 namespace credence::internal {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -66,6 +67,36 @@ TEST_F(StabilityCommand, RefusesWhatCannotBeFollowedNamingFileAndKey) {
     const Finished f = run({"stability", file, "--set", setting});
     EXPECT_EQ(f.code, 2) << setting;
     EXPECT_NE(f.err.find(file + ": world.path_radius"), std::string::npos) << f.err;
+  }
+}
+
+TEST_F(StabilityCommand, AnRThatIsNotPositiveDefiniteIsRefusedByTheKeysItIsMadeOf) {
+  write("linear.toml",
+        "[world]\nmodel = \"linear\"\nF = [[1]]\nH = [[1]]\nQ = [[1]]\nR = [[0]]\nP0 = [[1]]\n");
+  const std::string monobot = scenario_file("figure3_two_landmarks"), tracking = scenario_file("tracking");
+  const auto says = [this](std::vector<std::string> settings, const std::string& keys) {
+    const std::string file = settings.front();
+    settings.insert(settings.begin(), "stability");
+    EXPECT_EQ(
+        refusal(settings),
+        "credence: " + file + ": R of the filter is not positive definite: it follows from " + keys + "\n");
+  };
+  says({monobot, "--set", "noise.measurement_variance=0", "--set", "study.steps=1"},
+       "noise.measurement_variance, filter.measurement_scale");
+  says({tracking, "--set", "noise.position_std=1e-300"}, "noise.position_std, filter.measurement_scale");
+  says({"linear.toml"}, "world.R, filter.R, filter.measurement_scale");
+}
+
+TEST_F(StabilityCommand, WhatIsOutOfRangeIsNoNan) {
+  const std::string file = scenario_file("figure3_two_landmarks");
+  for (const std::vector<std::string>& settings :
+       {std::vector<std::string>{"filter.process_scale=1e19", "study.steps=20"},
+        {"filter.measurement_scale=1e-320"}}) {
+    std::vector<std::string> arguments = {"stability", file};
+    for (const std::string& setting : settings) arguments.insert(arguments.end(), {"--set", setting});
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 0) << f.err;
+    EXPECT_THAT(f.out, AllOf(HasSubstr("solution: undecided;"), Not(HasSubstr("nan"))));
   }
 }
 

@@ -233,5 +233,17 @@ TEST_F(SweepCommand, OfAScenarioWithoutASweepItHasOneConfiguration) {
             json({"run", "a.toml", "--format", "json"})["nees"]["mean"]);
 }
 
+TEST_F(SweepCommand, SweepSaysThatThereIsNone) {
+  write("a.toml", kMonobot);
+  const std::string none =
+      "a.toml has no [sweep] that varies a key, so that this is its one configuration, as credence run "
+      "a.toml plays it; to vary one: a [sweep] table, or --set sweep.SECTION.KEY=VALUES\n";
+  EXPECT_EQ(run({"sweep", "a.toml", "--out", "none", "--quiet"}).err, none);
+  EXPECT_EQ(run({"sweep", "a.toml", "--set", "sweep.mode=zip", "--out", "mode", "--quiet"}).err, none)
+      << "a table that names no key";
+  EXPECT_EQ(run({"sweep", "a.toml", "--set", "sweep.world.landmarks=1:2", "--out", "some", "--quiet"}).err,
+            "");
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -57,8 +57,6 @@ def test_errors_name_what_is_wrong():
         credence.tune_filter(World(), Scaled, {"q": 0.0}, runs=5, steps=5)
     with pytest.raises(ValueError, match="nothing to tune"):
         credence.tune_filter(World(), Scaled, {}, runs=5, steps=5)
-    with pytest.raises(TypeError, match="unexpected keyword argument 'p'"):
-        credence.tune_filter(World(), Scaled, {"p": 1.0}, runs=5, steps=5)
 
     class Silent(Scaled):
         def update(self, z):
@@ -83,6 +81,26 @@ def test_a_start_that_is_none_is_named(start, told):
         credence.tune_filter(World(), Scaled, start, runs=5, steps=5)
     with pytest.raises(credence.PlugError, match="the filter is a Scaled"):
         credence.tune_filter(World(), Scaled(), {"q": 1.0}, runs=5, steps=5)
+
+
+def test_factors_are_keyword_arguments_of_the_filter():
+    with pytest.raises(credence.PlugError, match=r"made by Scaled\(p=1.0\), which fails: .* 'p'; p of `start` are"):
+        credence.tune_filter(World(), Scaled, {"p": 1.0}, runs=5, steps=5)
+    with pytest.raises(credence.PlugError, match=r"made by Filter\(q=1.0, r=2.0\), .*; q, r of `start` are its keyword arguments"):
+        credence.tune_filter(World(), Filter, {"q": 1.0, "r": 2.0}, runs=5, steps=5)
+
+    def scaled(q):
+        return Scaled(q)
+
+    with pytest.raises(credence.PlugError, match=r"made by scaled\(\), which fails: missing a required argument: 'q'$"):
+        credence.study(World(), scaled, runs=5, steps=5)
+
+    class Wrong(Scaled):
+        def __init__(self, q=1.0):
+            super().__init__(q + "a")
+
+    with pytest.raises(TypeError, match="unsupported operand"):  # its own
+        credence.tune_filter(World(), Wrong, {"q": 1.0}, runs=5, steps=5)
 
 
 def test_processes_change_nothing():

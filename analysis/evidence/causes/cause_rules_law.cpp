@@ -82,11 +82,21 @@ std::string_view where_innovations_fit(const Findings& findings) {
          "same axes, order and units";
 }
 
-// A filter whose P or S is too small does not use innovations that it logs, and that are no outliers.
+// An innovation that is rejected leaves the error there, and comes again at the next step as far as the gain
+// would have taken it: at most by the share of the variance that lies beyond the gate, largest of 1 dof.
+bool is_coloured_as_by(const GateRejection& gate, const Findings& findings) {
+  const double lag_1 = lag_1_outside(findings), nis = chi_square_quantile(1.0 - gate.share, 1.0);
+  return findings.not_white && lag_1 > 0.0 && lag_1 <= chi_square_survival(nis, 3.0);
+}
+
+// A filter whose P or S is too small, or whose innovations are no longer white, does not use innovations that
+// it logs, and that are no outliers.
 bool rejects_what_it_logs(const Findings& findings) {
   const std::optional<GateRejection>& gate = findings.rejection;
   if (!gate || !(gate->p_value <= cause_level(findings)) || gate->share < gate->expected) return false;
-  if (!is_too_small_a_covariance(findings.nees) && !is_too_small_a_covariance(findings.nis)) return false;
+  const bool small = is_too_small_a_covariance(findings.nees) || is_too_small_a_covariance(findings.nis);
+  const bool large = is_too_large_a_covariance(findings.nees) || is_too_large_a_covariance(findings.nis);
+  if (!small && (large || !is_coloured_as_by(*gate, findings))) return false;
   return find_outliers(findings).empty();
 }
 

@@ -15,6 +15,14 @@ void append(std::vector<T>& to, const std::vector<T>& from, std::size_t most) {
   to.insert(to.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(std::min(room, from.size())));
 }
 
+void merge_rows(std::map<std::string, CountedRows>& rows, const std::map<std::string, CountedRows>& later) {
+  for (const auto& [of, these] : later) {
+    CountedRows& all = rows[of];
+    if (all.count == 0) all.first = these.first;
+    all.count += these.count;
+  }
+}
+
 }  // namespace
 
 void BlockSums::merge(const BlockSums& later) {
@@ -163,11 +171,8 @@ void Evidence::merge(Evidence later) {
   narrow_angles.inside += later.narrow_angles.inside;
   narrow_angles.total += later.narrow_angles.total;
   rows += later.rows;
-  for (const auto& [reason, these] : later.rejected) {
-    RejectedRows& all = rejected[reason];
-    if (all.count == 0) all.first = these.first;
-    all.count += these.count;
-  }
+  merge_rows(rejected, later.rejected);
+  merge_rows(wrongly_certain, later.wrongly_certain);
   first_run.clear();
   first_run.shrink_to_fit();
   state_dim = std::max(state_dim, later.state_dim);
@@ -186,6 +191,12 @@ void Evidence::thin_steps(std::int64_t step, std::int64_t stride) {
     drop_every_second(clean_nees);
     drop_every_second(clean_nis);
   }
+}
+
+std::int64_t Evidence::wrongly_certain_rows() const {
+  std::int64_t most = 0;
+  for (const auto& [state, these] : wrongly_certain) most = std::max(most, these.count);
+  return most;
 }
 
 std::int64_t Evidence::rejected_rows() const {

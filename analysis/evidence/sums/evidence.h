@@ -153,8 +153,8 @@ struct RunSums {
   std::vector<RunCourse> courses(double least_dof) const;
 };
 
-/// Rows left out for one reason.
-struct RejectedRows {
+/// Rows of which one thing is said.
+struct CountedRows {
   std::int64_t count = 0;
   std::string first;  ///< "FILE:LINE"; empty: of no file
 };
@@ -177,7 +177,8 @@ struct Evidence {
   CoverageCount narrow_angles{};            ///< angles of the state at a step whose σ is within kWideAngle
   std::int64_t rows = 0;                    ///< steps seen, rejected ones included
   std::int64_t step_stride = 1;             ///< of the steps that have sums of their own (step_series.h)
-  std::map<std::string, RejectedRows> rejected;  ///< by the reason
+  std::map<std::string, CountedRows> rejected;         ///< rows left out, by the reason
+  std::map<std::string, CountedRows> wrongly_certain;  ///< by the state that errs where its variance is 0
   std::vector<double> first_run;  ///< NEES / dof of a run alone at its rows; empty once there are more runs
   Index state_dim = 0;            ///< the largest of all logs
   bool joint_covariance = true, has_truth = false;
@@ -186,8 +187,9 @@ struct Evidence {
   /// Doubles step_stride until this step, and this stride, is provided for.
   void thin_steps(std::int64_t step, std::int64_t stride = 1);
   std::int64_t rejected_rows() const;
-  BlockSums& block(const Block& of);     ///< made if it is not there
-  SensorSums& sensor(const Sensor& of);  ///< made if it is not there
+  std::int64_t wrongly_certain_rows() const;  ///< of the state with most of them
+  BlockSums& block(const Block& of);          ///< made if it is not there
+  SensorSums& sensor(const Sensor& of);       ///< made if it is not there
   /// Made if it is not there.
   SensorPairSums& sensor_pair(const std::string& first, const std::string& second, Index first_dim);
 };

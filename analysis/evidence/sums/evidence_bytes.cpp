@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 19;
+constexpr std::uint32_t kFormat = 20;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -281,13 +281,13 @@ class Pass {
 
   void one(Held<ScoreSums>& scores) { (*this)(scores.log, scores.energy, scores.of_position); }
 
-  void one(Held<RejectedRows>& rows) { (*this)(rows.count, rows.first); }
+  void one(Held<CountedRows>& rows) { (*this)(rows.count, rows.first); }
 
   void one(Held<Evidence>& e) {
     (*this)(e.layout, e.study, e.blocks, e.sensors, e.coverage, e.whole_runs, e.law, e.lateness, e.scores,
             e.sensor_pairs, e.clean_nees, e.clean_nis, e.nees_outliers, e.nis_outliers, e.turns,
-            e.narrow_angles, e.rows, e.step_stride, e.rejected, e.first_run, e.state_dim, e.joint_covariance,
-            e.has_truth);
+            e.narrow_angles, e.rows, e.step_stride, e.rejected, e.wrongly_certain, e.first_run, e.state_dim,
+            e.joint_covariance, e.has_truth);
     constexpr std::int64_t kMostStride = std::int64_t{1} << 40;
     require(e.step_stride >= 1 && e.step_stride <= kMostStride &&
             std::has_single_bit(static_cast<std::uint64_t>(e.step_stride)));

@@ -111,7 +111,7 @@ bool EvidenceRecorder::add(const Step& step, std::size_t i) {
   if (!step.states.empty()) places.find(step.states, layout_);
   const std::string_view problem = normaliser_.normalise(step, layout_, places, normalised_);
   if (!problem.empty()) {
-    reject(runs_[i], step.line, problem, normaliser_.certain_state());
+    reject(runs_[i], step.line, problem);
     return false;
   }
   add(runs_[i], places, normalised_);
@@ -124,26 +124,27 @@ void EvidenceRecorder::add(const NormalisedStep& step, std::size_t i) {
   add(runs_[i], places_[i], step);
 }
 
-void EvidenceRecorder::reject(std::int64_t step, std::int64_t line, std::string_view problem, Index state,
-                              std::size_t i) {
+void EvidenceRecorder::reject(std::int64_t step, std::int64_t line, std::string_view problem, std::size_t i) {
   count(step);
-  reject(runs_[i], line, problem, state);
+  reject(runs_[i], line, problem);
 }
 
 void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
   sums_.state_dim = std::max(sums_.state_dim, step.error.size());
   run.change = kNaN;
   ++run.rows;
+  for (const Index state : step.wrongly_certain)
+    count_row(step.line, sums_.wrongly_certain[layout_.states[static_cast<std::size_t>(state)]]);
   if (!step.states.empty()) add_state(run, places, step);
   add_innovations(run, step);
 }
 
-void EvidenceRecorder::reject(OpenRun& run, std::int64_t line, std::string_view problem, Index state) {
-  const std::string reason = state < 0 ? std::string(problem)
-                                       : fmt::format("an error of {} where the covariance claims certainty",
-                                                     layout_.states[static_cast<std::size_t>(state)]);
-  RejectedRows& rejected = sums_.rejected[reason];
-  if (rejected.count++ == 0 && !file_.empty()) rejected.first = fmt::format("{}:{}", file_, line);
+void EvidenceRecorder::count_row(std::int64_t line, CountedRows& rows) const {
+  if (rows.count++ == 0 && !file_.empty()) rows.first = fmt::format("{}:{}", file_, line);
+}
+
+void EvidenceRecorder::reject(OpenRun& run, std::int64_t line, std::string_view problem) {
+  count_row(line, sums_.rejected[std::string(problem)]);
   for (RunInnovations& innovations : run.innovations) innovations.begin_step();
 }
 

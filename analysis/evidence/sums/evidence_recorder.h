@@ -22,8 +22,9 @@ namespace credence::internal {
 
 /// Adds the steps of runs to the sums: NEES over the range of P, NIS, and their relatives.
 ///
-/// A step whose P or S is not positive semidefinite, not symmetric, or whose error lies where P claims
-/// certainty, is counted as rejected with its reason and never repaired: neither its NEES nor its NIS counts.
+/// A step whose P or S is not positive semidefinite or not symmetric, or whose error lies in a direction in
+/// which P is singular, is counted as rejected with its reason and never repaired: neither its NEES nor its
+/// NIS counts. A state that errs where its variance is 0 is left out of the step, and counted.
 class EvidenceRecorder {
  public:
   EvidenceRecorder() = default;
@@ -40,8 +41,8 @@ class EvidenceRecorder {
   /// The next step of the open run, or of the i-th of them. False where it is rejected.
   bool add(const Step& step, std::size_t i = 0);
   void add(const NormalisedStep& step, std::size_t i = 0);
-  /// The next step of that run cannot be used; `line`: of its file; `state`: StepNormaliser::certain_state.
-  void reject(std::int64_t step, std::int64_t line, std::string_view problem, Index state, std::size_t i = 0);
+  /// The next step of that run cannot be used; `line`: of its file.
+  void reject(std::int64_t step, std::int64_t line, std::string_view problem, std::size_t i = 0);
   /// Of the step last added, until the next one.
   FactoredState factored() const { return {normaliser_.factor_of_state(), &normalised_}; }
   /// It ended so, at this step.
@@ -80,7 +81,9 @@ class EvidenceRecorder {
   BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
   /// The step that comes next, of any run: its entry.
   void count(std::int64_t step);
-  void reject(OpenRun& run, std::int64_t line, std::string_view problem, Index state);
+  void reject(OpenRun& run, std::int64_t line, std::string_view problem);
+  /// One row more, the first at this line of the file.
+  void count_row(std::int64_t line, CountedRows& rows) const;
   void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);

@@ -181,7 +181,8 @@ bool StretchSums::persist(double effective_rows) const {
   const double squares = across.squaredNorm(), trace = across.trace(), size = square.trace() / dim;
   const double by_chance = between.norm() / (kOfEnds * std::sqrt(of_runs));
   if (runs == 0 || !(size > 0.0) || !(trace > kClearly * by_chance)) return false;
-  const double seen = of_runs * trace * trace / squares;  // R d
+  const double seen = of_runs * trace * trace / squares;    // R d
+  if (!(seen > 0.0) || !std::isfinite(seen)) return false;  // of squares too small for a number
   const double perhaps = seen / chi_square_quantile(kLevel, seen);
   const double of_mean = perhaps * std::sqrt(2.0 * squares / of_runs) / (size * dim);
   return of_mean > kCounts * std::sqrt(2.0 / (dim * effective_rows));

@@ -108,7 +108,6 @@ void StepNormaliser::Solved::clear() {
   of.dof = -1;
   factorised = false;
   problem = {};
-  certain = -1;
 }
 
 bool StepNormaliser::Solved::factor_few(const VectorRef& e, const MatrixRef& covariance) {
@@ -166,7 +165,6 @@ void StepNormaliser::Solved::normalise_by_rank(const VectorRef& e, const MatrixR
   } else if (!std::isfinite(general.value)) {
     const bool is_finite = std::isfinite(general.whitened.squaredNorm());
     problem = is_finite ? kClaimedCertainty : "an error too large to be squared";
-    if (is_finite) certain = general.certain;
   } else {
     of.value = general.value;
     of.whitened = general.whitened;
@@ -190,18 +188,26 @@ void StepNormaliser::Solved::normalise(double e, double variance) {
 std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
                                            const StepPlaces& places, NormalisedStep& normalised) {
   state_.clear();
-  certain_state_ = -1;
+  normalised.wrongly_certain.clear();
   if (!step.problem.empty()) return step.problem;
   find_certain_states(step.estimate, step.error, step.P, certain_);
-  if (certain_.empty()) return normalise_known(step, layout, places, normalised);
+  find_wrongly_certain_states(step.error, step.P, wrong_);
+  if (certain_.empty() && wrong_.empty()) return normalise_known(step, layout, places, normalised);
   Step known = step;
   make_certain(certain_, known.error, known.P);
-  return normalise_known(known, layout, places, normalised);
+  make_certain(wrong_, known.error, known.P);
+  const std::string_view problem = normalise_known(known, layout, places, normalised);
+  for (const Index i : wrong_) {
+    normalised.error[i] = step.error[i];
+    normalised.wrongly_certain.push_back(step.states[static_cast<std::size_t>(i)]);
+  }
+  return problem;
 }
 
 std::string_view StepNormaliser::normalise_known(const Step& step, const RunLayout& layout,
                                                  const StepPlaces& places, NormalisedStep& normalised) {
   normalised.step = step.step;
+  normalised.line = step.line;
   normalised.states = step.states;
   normalised.error = step.error;
   normalised.variance = step.P.diagonal();
@@ -222,10 +228,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
   if (step.states.empty()) return {};
   if (layout.joint_covariance) {
     state_.normalise(step.error, step.P);
-    if (!state_.problem.empty()) {
-      if (state_.certain >= 0) certain_state_ = step.states[static_cast<std::size_t>(state_.certain)];
-      return state_.problem;
-    }
+    if (!state_.problem.empty()) return state_.problem;
     whole = state_.of;
     if (step.P.rows() <= kLargestTold) normalised.P = step.P;
     if (state_.factorised) normalised.log_determinant = state_.log_determinant();
@@ -252,13 +255,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     } else {
       block.normalise(own.error, own.P);
     }
-    if (!block.problem.empty()) {
-      if (block.certain >= 0) {
-        const Index place = places[static_cast<std::size_t>(block.certain)];
-        certain_state_ = step.states[static_cast<std::size_t>(place)];
-      }
-      return block.problem;
-    }
+    if (!block.problem.empty()) return block.problem;
     normalised.blocks[b] = block.of;
     if (layout.joint_covariance) continue;
     whole.value += block.of.value;
@@ -278,6 +275,8 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     value.noise_share = kNaN;
     if (innovation.nu.size() == 0) continue;
     if (layout.sensors[i].nis_alone) {
+      constexpr double kMost = 1e300;  // of which many can be added
+      if (!(innovation.nu[0] >= 0.0 && innovation.nu[0] <= kMost)) return "a NIS that cannot be added up";
       value.value = innovation.nu[0];
       value.dof = layout.sensors[i].dim;
       continue;

@@ -39,17 +39,16 @@ inline constexpr std::string_view kClaimedCertainty = "an error where the covari
 class StepNormaliser {
  public:
   /// Fills in `normalised` and returns why the step cannot be used, empty if it can: its own problem, or P or
-  /// S is not positive semidefinite or not symmetric, or an error lies where P claims certainty.
+  /// S is not positive semidefinite or not symmetric, or an error lies where P claims certainty, in a
+  /// direction that is not of single states.
   std::string_view normalise(const Step& step, const RunLayout& layout, const StepPlaces& places,
                              NormalisedStep& normalised);
-
-  /// The state of the layout of variance 0 whose error made the last step one that cannot be used; −1: none.
-  Index certain_state() const { return certain_state_; }
 
   /// The factor of P of the last step, of no more states than it takes; null where there is none, or where
   /// not the P of the step was judged.
   const SmallCholesky* factor_of_state() const {
-    return state_.factorised && !state_.wide && certain_.empty() ? &state_.factor : nullptr;
+    const bool as_it_is = certain_.empty() && wrong_.empty();
+    return state_.factorised && !state_.wide && as_it_is ? &state_.factor : nullptr;
   }
 
  private:
@@ -58,7 +57,6 @@ class StepNormaliser {
     bool factorised = false;  ///< the covariance: by `factor`, or by `solver` where it is wide
     bool wide = false;        ///< of more states than `factor` takes
     std::string_view problem = {};
-    Index certain = -1;      ///< of its states (NormalisedError::certain)
     SmallCholesky factor{};  ///< one of each kind of value, so that none changes its size
     NeesSolver solver{};     ///< likewise
     BlockError block{};  ///< of blocks of some but not all states, but the one that leads and the position
@@ -92,7 +90,7 @@ class StepNormaliser {
   Solved state_;
   std::vector<Solved> blocks_, innovations_;
   std::vector<Index> certain_;  ///< states of the step that are known to the rounding of their estimate
-  Index certain_state_ = -1;
+  std::vector<Index> wrong_;    ///< that have an error where P claims certainty
 };
 
 }  // namespace credence::internal

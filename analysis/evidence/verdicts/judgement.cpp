@@ -338,6 +338,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
              correlation.known ? static_cast<double>(j.nis.steps_tested) / correlation.of_sum : kNaN);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, e.first_run, memory, j);
+  open_zero_rows(j);
   j.lost = lost_runs_of(e, context.run_names);
   j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
@@ -359,6 +360,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.tests = list_tests(e, j);
   if (!e.has_truth) leave_coloured_open(j);
   leave_rejected_open(e, j);
+  leave_certain_open(e, j);
+  leave_zeros_open(j);
   leave_failed_open(all, j);
   if (!fitted) {
     j.causes = find_causes(findings_of(e, j));

@@ -12,6 +12,7 @@
 
 #include "analysis/evidence/sums/step_normaliser.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 
@@ -42,6 +43,11 @@ const ConsistencyVerdict* wrong_at_start(const Judgement& j) {
   }
   return nullptr;
 }
+
+constexpr std::string_view kZeroErrors = "every error is exactly zero";
+constexpr std::string_view kZeroInnovations = "every innovation is exactly zero";
+
+bool is_zero(const ConsistencyVerdict& v) { return v.count > 0 && v.mean == 0.0 && v.expected > 0.0; }
 
 /// Of failed runs and rejected rows, beyond which the others do not speak for the filter.
 constexpr double kMostLost = 0.05;
@@ -235,6 +241,55 @@ void leave_rejected_open(const Evidence& e, Judgement& j) {
   leave_word_open(
       fmt::format("{} of {} rows are rejected (most of them: {}), and the others do not speak for them",
                   rejected, all, std::ranges::max_element(e.rejected, {}, count)->first),
+      j);
+}
+
+void open_zero_rows(Judgement& j) {
+  const auto open = [](ConsistencyVerdict& v, std::string_view reason) {
+    if (!is_zero(v)) return;
+    v.verdict = Verdict::undecided;
+    v.p_value = v.optimistic_p_value = v.pessimistic_p_value = kNaN;
+    v.reason = reason;
+  };
+  if (is_zero(j.nees)) {
+    open(j.nees, kZeroErrors);
+    for (BlockVerdict& block : j.blocks) open(block.verdict, kZeroErrors);
+  }
+  open(j.nis, kZeroInnovations);
+  for (SensorJudgement& sensor : j.sensors) {
+    if (!is_zero(sensor.nis)) continue;
+    open(sensor.nis, kZeroInnovations);
+    sensor.components = sensor.pairs = {.reason = kZeroInnovations};
+    sensor.over_time = {};
+  }
+}
+
+void leave_zeros_open(Judgement& j) {
+  if (is_zero(j.nis)) j.scale_innovation = no_scale(kZeroInnovations);
+  const std::string_view reason = is_zero(j.nees)                       ? kZeroErrors
+                                  : j.nees.count == 0 && is_zero(j.nis) ? kZeroInnovations
+                                                                        : "";
+  if (!reason.empty()) {
+    leave_word_open(std::string(reason), j);
+    return refuse_factor(reason, j);
+  }
+  const auto off = std::ranges::find_if(j.sensors, [](const SensorJudgement& s) { return is_zero(s.nis); });
+  if (off == j.sensors.end() || j.word.verdict != Verdict::undecided || !j.nees.reason.empty()) return;
+  j.nees.reason = j.sensors.size() == 1 ? std::string(kZeroInnovations)
+                                        : fmt::format("every innovation of {} is exactly zero", off->name);
+}
+
+void leave_certain_open(const Evidence& e, Judgement& j) {
+  const bool judged = j.nees.count > 0 || j.nis.count > 0;
+  if (is_unsafe(j.word.verdict) || (judged && j.word.verdict == Verdict::undecided)) return;
+  const std::int64_t rows = e.wrongly_certain_rows();
+  if (static_cast<double>(rows) <= kMostLost * static_cast<double>(e.rows)) return;
+  std::vector<std::string> states;
+  for (const auto& [state, of_state] : e.wrongly_certain) states.push_back(state);
+  leave_word_open(
+      fmt::format("{} in {} of {} rows where P claims certainty (variance 0){}",
+                  first_items(states, 6) + (states.size() == 1 ? " errs" : " err"), rows, e.rows,
+                  judged ? fmt::format("; what else is judged is {}", to_string(j.word.verdict)) : ""),
       j);
 }
 

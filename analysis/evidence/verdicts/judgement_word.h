@@ -31,6 +31,16 @@ void leave_failed_open(const StudyStatistics& all, Judgement& judged);
 /// A rejected row has a P, or an error, that is none. Where many are, the others do not speak for the filter.
 void leave_rejected_open(const Evidence& evidence, Judgement& judged);
 
+/// Of a state that P claims to know and that errs it is wrong, of whatever size the error is; of the others
+/// the verdict is told. Where it is not estimated, as height by a filter in the plane, it belongs in no log.
+void leave_certain_open(const Evidence& evidence, Judgement& judged);
+
+/// Errors, or innovations, that are all exactly zero are a copy of the truth, or a sensor that is off, and no
+/// evidence of how large P or S should be: undecided, each by itself.
+void open_zero_rows(Judgement& judged);
+/// The same of the word.
+void leave_zeros_open(Judgement& judged);
+
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
 /// gain that is not the best one, and then the P behind it may be anything.
 void leave_coloured_open(Judgement& judged);

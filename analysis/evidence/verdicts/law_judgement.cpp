@@ -351,7 +351,7 @@ double constant_dof(const StudyStatistics& s) {
   for (const Moments& step : s.series(Quantity::nees)) values += static_cast<double>(step.count);
   for (const double of_step : s.dofs(Quantity::nees)) dof += of_step;
   const auto least = static_cast<double>(s.nees_of_runs.least_dof);
-  return dof == least * values ? least : kNaN;
+  return values > 0.0 && dof == least * values ? least : kNaN;
 }
 
 std::vector<NeesOverTime> nees_over_time(const Evidence& e) {

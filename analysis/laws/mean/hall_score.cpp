@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/nan.h"
 
@@ -18,8 +19,9 @@ double skewed_dof(const SkewedMoments& moments) {
 }  // namespace
 
 double sample_skewness(const SkewedMoments& moments) {
-  if (!(moments.m2 > 0.0)) return 0.0;
-  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
+  const double cube = std::pow(moments.m2, 1.5);
+  if (!(cube >= std::numeric_limits<double>::min())) return 0.0;
+  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / cube;
 }
 
 double hall_score(const SkewedMoments& moments, double expected, double gamma) {

@@ -32,7 +32,13 @@ DirectedPValues bound_p_values(const SkewedMoments& moments, double expected, do
   return {.optimistic = tails.upper, .pessimistic = tails.lower};
 }
 
-// Of runs that are all equal: their mean is what they say.
+// Of runs that are all equal, or as good as that, their mean is what they say; m2 to the power of 1.5 is a
+// number.
+bool are_equal(const SkewedMoments& moments, double expected) {
+  constexpr double kEqual = 1e-60;
+  return moments.m2 <= kEqual * expected * expected;
+}
+
 DirectedPValues equal_runs_p_values(double mean, double expected) {
   return {.optimistic = mean > expected ? 0.0 : 1.0, .pessimistic = mean < expected ? 0.0 : 1.0};
 }
@@ -87,7 +93,7 @@ DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expe
   require_positive("least_dof", least_dof);
   if (!has_mean(run_averages)) return {.optimistic = kNaN, .pessimistic = kNaN};
   if (run_averages.count == 1) return bound_p_values(run_averages, expected, least_dof);
-  const bool equal = run_averages.m2 <= 0.0;
+  const bool equal = are_equal(run_averages, expected);
   const DirectedPValues scores = equal
                                      ? equal_runs_p_values(run_averages.mean, expected)
                                      : score_p_values(scores_of(run_averages, expected), run_averages.count);
@@ -108,7 +114,7 @@ LeastPValue least_run_mean_p_value(std::span<const SkewedMoments> averages, doub
   for (const SkewedMoments& moments : averages) {
     if (moments.count < fewest || !has_mean(moments)) continue;
     double p = 1.0;
-    if (moments.count >= kFewestRunsForScores && moments.m2 > 0.0) {
+    if (moments.count >= kFewestRunsForScores && !are_equal(moments, expected)) {
       const DirectedScores scores = scores_of(moments, expected);
       const bool as_many = moments.count == count;
       count = moments.count;

@@ -205,7 +205,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   std::vector<Index> measured;
   std::vector<std::vector<double>> nis(roles.nis().size());
   for (std::uint64_t run = 0; run < roles.runs(); ++run) {
-    if (roles.runs() > 1) sink.run_number(static_cast<double>(run));
+    if (roles.runs() > 1) sink.run_number(fmt::to_string(run));
     sink.begin_run(layout);
     axes.begin_run();
     const std::vector<double>& time_s = times.of(run);

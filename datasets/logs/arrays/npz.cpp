@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
+#include <set>
 
 #include "datasets/data_error.h"
 #include "datasets/logs/arrays/array_log.h"
@@ -39,6 +40,11 @@ std::string_view header_value(std::string_view header, std::string_view key) {
   header.remove_prefix(at + key.size() + 3);
   header.remove_prefix(std::min(header.find_first_not_of(' '), header.size()));
   return header;
+}
+
+/// What numpy calls the array of a member.
+std::string array_name(const NpyMember& member) {
+  return member.name.ends_with(".npy") ? member.name.substr(0, member.name.size() - 4) : member.name;
 }
 
 class NpzFile final : public ArrayFile {
@@ -122,6 +128,16 @@ class NpzFile final : public ArrayFile {
     std::vector<NpyMember> members;
     for (std::uint64_t i = 0; i < count; ++i) members.push_back(directory_entry(directory));
     members_ = std::move(members);
+    require_distinct_names(begin);
+  }
+
+  /// Programs differ in which of two they read.
+  void require_distinct_names(std::uint64_t directory) const {
+    std::set<std::string> names;
+    for (const NpyMember& member : members_) {
+      if (names.insert(array_name(member)).second) continue;
+      file_.fail(directory, fmt::format("{} is there twice: corrupted", member.name));
+    }
   }
 
   void read_zip64(std::uint64_t end_at, std::uint64_t& count, std::uint64_t& size, std::uint64_t& begin) {
@@ -177,8 +193,7 @@ class NpzFile final : public ArrayFile {
 
   /// Finds the bytes of a member and reads the header; what it says is known before a packed one is unpacked.
   void open(NpyMember& member) {
-    const std::string name =
-        member.name.ends_with(".npy") ? member.name.substr(0, member.name.size() - 4) : member.name;
+    const std::string name = array_name(member);
     if (!is_log_array(name) && name != kNamesOfStates) {
       arrays_.push_back({.name = name, .type = "not read", .dims = {}});
       return;
@@ -307,6 +322,9 @@ class NpzFile final : public ArrayFile {
     for (std::string_view rest = header_value(text, "shape"); !rest.empty() && rest.front() != ')';) {
       const std::size_t digit = rest.find_first_of("0123456789)");
       if (digit == std::string_view::npos) start.fail(fmt::format("{}: no shape: corrupted", member.name));
+      if (rest.substr(0, digit).find_first_not_of("(,L ") != std::string_view::npos) {  // L as of Python 2
+        start.fail(fmt::format("{}: a shape of other than whole numbers from 0 on: corrupted", member.name));
+      }
       rest.remove_prefix(digit);
       if (rest.front() == ')') break;
       std::uint64_t dim = 0;

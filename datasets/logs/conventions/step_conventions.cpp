@@ -26,6 +26,15 @@ struct StepReading {
   std::function<void(Matrix& P)> change;
 };
 
+/// P ← P⁻¹; NaN, which no reading fits, where P has no Cholesky factor.
+void invert_information(Matrix& P) {
+  const Eigen::LLT<Matrix> factor(P);
+  if (factor.info() == Eigen::Success)
+    P = factor.solve(Matrix::Identity(P.rows(), P.cols()));
+  else
+    P.setConstant(kNaN);
+}
+
 /// P_ij ← d_i P_ij d_j with d = factor in one state, or in all of those.
 auto scaled(std::vector<Index> states, double factor) {
   return [states = std::move(states), factor](Matrix& P) {
@@ -40,8 +49,7 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
   std::vector<StepReading> list = {
       {"P holds standard deviations, not variances (square them)",
        [](Matrix& P) { P = P.cwiseProduct(P.cwiseAbs()).eval(); }},
-      {"P is the information matrix (invert it)",
-       [](Matrix& P) { P = P.llt().solve(Matrix::Identity(P.rows(), P.cols())).eval(); }},
+      {"P is the information matrix (invert it)", invert_information},
   };
   std::vector<Index> angles;
   const auto add_degrees = [&](const std::string& what, const std::vector<Index>& states) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/psd_root.h"
 #include "core/linear_algebra/symmetry.h"
 #include "core/record/unwrapped_angles.h"
 
@@ -32,8 +33,7 @@ class Problems {
   std::vector<std::string> sentences_;
 };
 
-void check_covariance(const std::string& name, const Matrix& M, const std::string& where,
-                      Problems& problems) {
+void check_symmetry(const std::string& name, const Matrix& M, const std::string& where, Problems& problems) {
   if (!M.allFinite()) return problems.add(name, fmt::format("{} is not finite {}", name, where));
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = i + 1; j < M.cols(); ++j) {
@@ -44,24 +44,24 @@ void check_covariance(const std::string& name, const Matrix& M, const std::strin
                             where, i, j, j, i, M(i, j), M(j, i)));
     }
   }
-  // A state that is known has no variance and no covariance, and is left out.
-  std::vector<Index> kept;
-  bool known = true;
-  for (Index i = 0; i < M.rows(); ++i) {
-    if (M(i, i) != 0.0) {
-      kept.push_back(i);
-    } else {
-      known = known && M.col(i).isZero(0.0);
-    }
-  }
-  const Matrix uncertain = M(kept, kept);
-  if (known && Eigen::LLT<Matrix>(uncertain).info() == Eigen::Success) return;
+}
+
+/// P may be singular: of a direction that is known nothing is asked.
+void check_covariance(const Matrix& P, const std::string& where, Problems& problems) {
+  check_symmetry("P", P, where, problems);
+  if (!is_psd(P)) problems.add("P", fmt::format("P is not positive semidefinite {}", where));
+}
+
+void check_innovation_covariance(const std::string& name, const Matrix& S, const std::string& where,
+                                 Problems& problems) {
+  check_symmetry(name, S, where, problems);
+  if (Eigen::LLT<Matrix>(S).info() == Eigen::Success) return;
   problems.add(name, fmt::format("{} is not positive definite {}", name, where));
 }
 
 void check_step(const RunLayout& layout, const TraceStep& step, const std::string& where,
                 Problems& problems) {
-  check_covariance("P", step.P, where, problems);
+  check_covariance(step.P, where, problems);
   for (Index i = 0; i < step.error.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const std::size_t state = step.states.empty() ? at : static_cast<std::size_t>(step.states[at]);
@@ -74,7 +74,7 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
     const Sensor& sensor = layout.sensors[s];
     if (innovation.nu.size() == 0) continue;
     const std::string name = sensor.name.empty() ? "S" : fmt::format("S of {}", sensor.name);
-    check_covariance(name, innovation.S, where, problems);
+    check_innovation_covariance(name, innovation.S, where, problems);
     for (Index j = 0; j < innovation.nu.size() && !sensor.angles.empty(); ++j) {
       if (!sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))]) continue;
       if (!is_unwrapped(innovation.nu[j])) continue;

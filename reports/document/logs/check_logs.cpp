@@ -203,8 +203,9 @@ void require_something_to_judge(const CheckedLogs& logs, const fs::path& first) 
   const Evidence& evidence = logs.analysis.evidence;
   const Judgement& judgement = logs.analysis.judgement;
   const bool claimed = evidence.has_truth || !evidence.sensors.empty();
-  const bool explained = evidence.rejected_rows() > 0 || !evidence.study.failures.empty() ||
-                         logs.unmatched_rows > 0 || !logs.analysis.complete;
+  const bool explained = evidence.rejected_rows() + evidence.wrongly_certain_rows() > 0 ||
+                         !evidence.study.failures.empty() || logs.unmatched_rows > 0 ||
+                         !logs.analysis.complete;
   const bool judged =
       judgement.nees.count > 0 ||
       std::ranges::any_of(judgement.blocks, [](const BlockVerdict& b) { return b.verdict.count > 0; }) ||

@@ -42,6 +42,10 @@ std::string not_judged(const Evidence& e) {
     append_item(text, fmt::format("{} of {} runs failed", failed, e.study.runs), "; ");
   if (const std::int64_t rejected = e.rejected_rows(); rejected > 0)
     append_item(text, fmt::format("{} of {} rows were rejected", rejected, e.rows), "; ");
+  for (const auto& [state, rows] : e.wrongly_certain)
+    append_item(text,
+                fmt::format("{} errs in {} of {} rows where P claims certainty", state, rows.count, e.rows),
+                "; ");
   return text;
 }
 
@@ -66,7 +70,8 @@ std::string other_states(const CheckedLogs& logs, const Json& before) {
                      described(states, blocks));
 }
 
-/// Where a larger share of runs failed, or of rows was rejected, than before.
+/// Where a larger share of runs failed, or of rows was rejected or errs in what P claims to know, than
+/// before.
 void compare_lost_ones(const Evidence& e, const Json& before, LogGate& gate) {
   const auto compare = [&](std::string_view what, std::int64_t now, std::int64_t all, std::int64_t then,
                            std::int64_t all_then) {
@@ -78,6 +83,11 @@ void compare_lost_ones(const Evidence& e, const Json& before, LogGate& gate) {
     gate.worse.push_back(fmt::format("{} of {} {}, before {} of {}", now, all, what, then, all_then));
   };
   compare("rows are rejected", e.rejected_rows(), e.rows, whole_number(before, "rejected_rows"),
+          whole_number(before, "rows"));
+  std::int64_t certain = 0;
+  for (const Json& state : before.value("wrongly_certain", Json::array()))
+    certain = std::max(certain, whole_number(state, "count"));
+  compare("rows err where P claims certainty", e.wrongly_certain_rows(), e.rows, certain,
           whole_number(before, "rows"));
   const Json outcomes = before.value("outcomes", Json::object());
   compare("runs failed", std::ssize(e.study.failures), e.study.runs,
@@ -246,6 +256,17 @@ std::string junit_xml(const CheckedLogs& logs, double confidence) {
   return xml + "</testsuite>\n";
 }
 
+namespace {
+
+/// The same Markdown, in which nothing of a name is HTML.
+std::string without_html(std::string_view markdown) {
+  std::string text;
+  for (const char c : markdown) text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return text;
+}
+
+}  // namespace
+
 std::string markdown_summary(const CheckedLogs& logs) {
   const Judgement& j = logs.analysis.judgement;
   constexpr std::size_t kBlocks = 12;
@@ -276,7 +297,7 @@ std::string markdown_summary(const CheckedLogs& logs) {
   bullets(logs.advice());
   bullets(logs.factor_sentences());
   bullets(logs.all_remarks());
-  return text;
+  return without_html(text);
 }
 
 }  // namespace credence::internal

@@ -15,10 +15,11 @@ namespace credence::internal {
 
 /// Judges logs against the document of an earlier `check --format json`. A factor is worse that moved away
 /// from 1, by more than `margin`, and not by chance (Holm over the parts; nearness_of), and so are a word
-/// that was none of optimistic and mixed and is, and a larger share of failed runs or rejected rows. Where
-/// one of the two has no factors of runs or stretches, as of few runs of a map, the mean NEES and NIS of its
-/// parts are compared, as those of independent logs; nothing is compared where states or blocks differ.
-/// Throws std::invalid_argument for a text that is no such document.
+/// that was none of optimistic and mixed and is, and a larger share of failed runs, of rejected rows, or of
+/// rows with an error where P claims certainty. Where one of the two has no factors of runs or stretches, as
+/// of few runs of a map, the mean NEES and NIS of its parts are compared, as those of independent logs;
+/// nothing is compared where states or blocks differ. Throws std::invalid_argument for a text that is no such
+/// document.
 LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::string_view document,
                      double margin);
 
@@ -40,7 +41,8 @@ std::string junit_xml(const CheckedLogs& logs, double confidence);
 /// A summary for a pull request.
 std::string markdown_summary(const CheckedLogs& logs);
 
-/// Whether runs failed or rows were rejected, with a baseline that can be compared a larger share than there.
+/// Whether runs failed, rows were rejected, or states err where P claims certainty, with a baseline that can
+/// be compared a larger share than there.
 bool lost_any(const CheckedLogs& logs);
 
 /// Whether --fail-on-inconsistent fails: with a baseline that can be compared where something is worse, else

@@ -98,9 +98,9 @@ Json poses_json(const std::vector<LogPoses>& logs) {
   });
 }
 
-Json rejected_json(const Evidence& s) {
-  return json_list(s.rejected, [](const auto& of) -> Json {
-    return {{"reason", of.first}, {"count", of.second.count}, {"first", of.second.first}};
+Json rows_json(const std::map<std::string, CountedRows>& rows, const char* of_what) {
+  return json_list(rows, [of_what](const auto& of) -> Json {
+    return {{of_what, of.first}, {"count", of.second.count}, {"first", of.second.first}};
   });
 }
 
@@ -115,7 +115,8 @@ std::string log_json(const CheckedLogs& logs) {
   j["files"] = logs.files;
   j["rows"] = s.rows;
   j["rejected_rows"] = s.rejected_rows();
-  j["rejected"] = rejected_json(s);
+  j["rejected"] = rows_json(s.rejected, "reason");
+  j["wrongly_certain"] = rows_json(s.wrongly_certain, "state");
   j["unmatched_rows"] = logs.unmatched_rows;
   j["format"] = logs.format;
   j["remarks"] = logs.mistakes;

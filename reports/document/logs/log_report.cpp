@@ -61,6 +61,16 @@ void add_rejected(Document& document, const Evidence& s) {
   document.bullets(std::move(items));
 }
 
+void add_wrongly_certain(Document& document, const Evidence& s) {
+  for (const auto& [state, rows] : s.wrongly_certain) {
+    document.callout(
+        CellTone::alarm,
+        fmt::format("{} errs in {} of {} rows where P claims certainty (variance 0), and is left out "
+                    "of them{}.",
+                    state, rows.count, s.rows, rows.first.empty() ? "" : "; the first is " + rows.first));
+  }
+}
+
 /// All tests with their numbers, folded.
 void add_tests(Document& document, const CheckedLogs& logs, const std::string& name) {
   const LogAnalysis& a = logs.analysis;
@@ -174,6 +184,28 @@ std::vector<std::string> CheckedLogs::factor_sentences() const {
   return sentences;
 }
 
+namespace {
+
+/// A block of errors that are all zero is a mistake of the log, unless another block is wrong as well.
+void tell_zero_blocks(const Judgement& judgement, CheckedLogs& logs) {
+  std::vector<std::string> zero;
+  bool others_wrong = false;
+  for (const BlockVerdict& block : judgement.blocks) {
+    if (block.verdict.count == 0 || !(block.verdict.expected > 0.0)) continue;
+    if (block.verdict.mean == 0.0)
+      zero.push_back(block.name);
+    else
+      others_wrong = others_wrong || is_inconsistent(block.verdict.verdict);
+  }
+  if (zero.empty()) return;
+  (others_wrong ? logs.remarks : logs.mistakes)
+      .push_back(
+          fmt::format("Every error of {} is exactly zero: is that part of the truth a copy of the estimate?",
+                      first_items(zero, 6)));
+}
+
+}  // namespace
+
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      InputMistakes mistakes, CheckedLogs& logs) {
   double effective_rows = 0.0;
@@ -193,6 +225,8 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
   logs.mistakes = mistakes_told(std::move(mistakes.said), judgement);
   if (judgement.nees.count > 0 && judgement.nees.mean == 0.0)
     logs.mistakes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
+  else
+    tell_zero_blocks(judgement, logs);
   if (mistakes.swapped_axes) {
     leave_swapped_open(judgement);
     logs.calibration = {};
@@ -239,6 +273,7 @@ Document log_document(CheckedLogs given) {
   verdicts.title = "One row for the whole state, the innovations, and each block of states";
   document.table(std::move(verdicts));
   add_rejected(document, a.evidence);
+  add_wrongly_certain(document, a.evidence);
   if (std::vector<std::string> advice = logs.advice(); !advice.empty()) {
     document.section("What to do");
     document.bullets(std::move(advice));

@@ -115,6 +115,13 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
     table.notes.push_back(fmt::format("REJECTED: {} rows, {}{}.", rows.count, reason,
                                       rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
   }
+  for (const auto& [state, rows] : s.wrongly_certain) {
+    table.notes.push_back(
+        fmt::format("LEFT OUT: {} in {} rows, where P claims certainty (variance 0) and it errs{}. A state "
+                    "that the filter "
+                    "does not estimate belongs in no log; of poses in the plane: --orientation-error planar.",
+                    state, rows.count, rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
+  }
   if (s.rejected.contains("a zero variance has a covariance")) {
     table.notes.emplace_back(
         "Variances of P or S are 0 there: were small ones written with a fixed number of decimals, as by "
@@ -161,7 +168,8 @@ std::vector<const BlockVerdict*> worst_of(const LogAnalysis& a, std::vector<cons
 
 /// Of a log that says what the filter believes, and nothing by which that could be seen to be wrong.
 bool nothing_to_judge(const LogAnalysis& a) {
-  return a.judgement.nees.count == 0 && a.judgement.nis.count == 0 && a.evidence.rejected.empty();
+  return a.judgement.nees.count == 0 && a.judgement.nis.count == 0 && a.evidence.rejected.empty() &&
+         a.evidence.wrongly_certain.empty();
 }
 
 }  // namespace

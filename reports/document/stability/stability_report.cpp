@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analysis/stability/boundedness.h"
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
@@ -70,10 +71,18 @@ std::string complex_text(const std::complex<double>& z) {
                      number_text(std::abs(z.imag()), 6));
 }
 
+/// "residual 1.2e−9"; nothing of what is not known.
+void add_known(std::string& text, std::string_view what, double value, int digits,
+               std::string_view unit = "") {
+  if (!std::isnan(value))
+    append_item(text, fmt::format("{} {}{}", what, number_text(value, digits), unit), "; ");
+}
+
 std::string eigenvalue_text(const StabilityAnalysis& a) {
   constexpr Index kShown = 12;
   std::vector<std::string> words;
   const Index n = a.closed_loop_eigenvalues.size();
+  if (n == 0 && a.steps == 0) return "not known, as no step succeeds";
   if (n == 0) return "not computed: the iteration did not converge";
   for (Index i = 0; i < std::min(n, kShown); ++i) words.push_back(complex_text(a.closed_loop_eigenvalues[i]));
   if (n > kShown) words.push_back(fmt::format("and {} more", n - kShown));
@@ -83,6 +92,7 @@ std::string eigenvalue_text(const StabilityAnalysis& a) {
 /// Largest gain of every state, at most a dozen.
 std::string gain_text(const Matrix& K) {
   constexpr Index kShown = 12;
+  if (K.hasNaN()) return "not known";
   std::vector<std::string> words;
   for (Index i = 0; i < std::min(K.rows(), kShown); ++i) {
     words.push_back(number_text(K.row(i).cwiseAbs().maxCoeff(), 4));
@@ -120,6 +130,7 @@ std::string initial_text(const StabilityAnalysis& a) {
 /// What becomes of the initial error of one run under the gain of one step.
 TableCell error_cell(double spectral_radius) {
   constexpr double kOnTheCircle = 1e-9;
+  if (std::isnan(spectral_radius)) return {"not known", CellTone::caution};
   if (spectral_radius < 1.0 - kOnTheCircle) return {"forgotten", CellTone::good};
   if (spectral_radius <= 1.0 + kOnTheCircle) return {"part of it never decays", CellTone::caution};
   return {"not forgotten", CellTone::alarm};
@@ -127,6 +138,19 @@ TableCell error_cell(double spectral_radius) {
 
 /// Behind the trace of a covariance.
 std::string unit_of_trace(const StabilityAnalysis& a) { return a.in_metres ? " m²" : ""; }
+
+/// What is known of the solution of the Riccati equation.
+std::string riccati_text(const StabilityAnalysis& a) {
+  const RiccatiSolution& r = a.riccati;
+  std::string text = fmt::format("solution: {}", to_string(r.kind));
+  add_known(
+      text, "trace of the prior", r.P.trace(), 6,
+      unit_of_trace(a) + (r.has_limit() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3))));
+  add_known(text, "growth exponent", r.growth_exponent, 3);
+  add_known(text, "residual", r.residual, 2);
+  if (!r.reason.empty()) append_item(text, r.reason, "; ");
+  return text;
+}
 
 std::string long_run_text(const StabilityAnalysis& a) {
   const LongHorizon& h = a.long_horizon;
@@ -371,16 +395,12 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                                 {"answer", ColumnAlign::words},
                                 {"numbers", ColumnAlign::words}},
                     .notes = notes(a)};
-  table.add({"error of a single run: F − F K H", error_cell(a.spectral_radius),
-             fmt::format("spectral radius {}; eigenvalues {}", number_text(a.spectral_radius, 8),
-                         eigenvalue_text(a))});
+  std::string modes;
+  add_known(modes, "spectral radius", a.spectral_radius, 8);
+  append_item(modes, "eigenvalues " + eigenvalue_text(a), "; ");
+  table.add({"error of a single run: F − F K H", error_cell(a.spectral_radius), std::move(modes)});
   const RiccatiSolution& r = a.riccati;
-  table.add({"P for constant Q_t, by the Riccati equation", riccati_cell(r),
-             fmt::format("solution: {}; trace of the prior {}{}{}; growth exponent {}; residual {}{}",
-                         to_string(r.kind), number_text(r.P.trace(), 6), unit_of_trace(a),
-                         r.has_limit() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3)),
-                         number_text(r.growth_exponent, 3), number_text(r.residual, 2),
-                         r.reason.empty() ? "" : "; " + r.reason)});
+  table.add({"P for constant Q_t, by the Riccati equation", riccati_cell(r), riccati_text(a)});
   table.add({"P for constant Q_t, by the exact condition", bounded_cell(a.predicted_bounded),
              std::string(condition_text(a.prediction_reason))});
   if (a.noise_condition) {

@@ -51,7 +51,8 @@ ComparedMean mean_of(const Json& document, const char* key) {
   return {number(*found, "mean"), number(*found, "expected")};
 }
 
-/// Throws Json::exception where a member is missing or of another kind.
+/// Throws Json::exception where a member is missing or of another kind, std::invalid_argument for a p-value
+/// or a confidence that is none.
 ComparedStudy compared_document(const std::string& name, const Json& j) {
   ComparedStudy study{.name = name,
                       .runs = j.at("runs").get<std::int64_t>(),
@@ -66,6 +67,13 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   study.factor.upper = number(factor, "upper");
   study.units = unit_factors_of(j.value("calibration", Json::object()));
   study.confidence = number(j.at("nees"), "confidence");
+  const auto refuse = [&](const char* what, double value, const char* accepted) {
+    throw std::invalid_argument(fmt::format("{}: {} = {}: must lie in {}", name, what, value, accepted));
+  };
+  if (study.p_value < 0.0 || study.p_value > 1.0) refuse("word.p_value", study.p_value, "[0, 1]");
+  if (study.confidence <= 0.0 || study.confidence >= 1.0) {
+    refuse("nees.confidence", study.confidence, "(0, 1)");
+  }
   if (j.contains("swept")) study.cell = cell_name(j["swept"]);
   if (j.contains("scenario") && j["scenario"].contains("name"))
     study.name = j["scenario"]["name"].get<std::string>();
@@ -374,6 +382,7 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
     throw std::invalid_argument(
         fmt::format("{}: is not a document of `credence run`, `sweep` or `check` with --format json", name));
   }
+  if (studies.empty()) throw std::invalid_argument(fmt::format("{}: holds no results to compare", name));
   return studies;
 }
 

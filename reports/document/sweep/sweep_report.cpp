@@ -81,9 +81,10 @@ std::string family_note(const SweepAnalysis& sweep) {
     together += sweep.stands(i) ? 1 : 0;
   }
   return fmt::format(
-      "stands: inconsistent also when all configurations are judged together. {} are inconsistent alone, {} "
-      "of them stand; at most {:g} % of those are expected to be false (Benjamini-Yekutieli).",
-      alone, together, 100.0 * (1.0 - confidence_of(sweep)));
+      "stands: inconsistent also when all configurations are judged together. {} of {} {} inconsistent "
+      "alone, {} {}; at most {:g} % of those that stand are expected to be false (Benjamini-Yekutieli).",
+      alone, sweep.studies.size(), alone == 1 ? "is" : "are", together, together == 1 ? "stands" : "stand",
+      100.0 * (1.0 - confidence_of(sweep)));
 }
 
 /// "world.landmarks = 3, filter.inflation = map".

@@ -109,6 +109,21 @@ TEST(InnovationTuning, AnotherScaleInOneRunIsRejected) {
   EXPECT_EQ(t.left_out_parts.rejected, 1);
 }
 
+// A sensor that is off and logged as zero; or speaks in one of its runs alone.
+TEST(InnovationTuning, InnovationsThatAreZeroTellNothing) {
+  SensorRecord off = record(3, 50, 1.0, 0.0, 7);
+  for (std::size_t run = 1; run < 3; ++run) std::ranges::fill(off.runs[run].nis, 0.0);
+  EXPECT_FALSE(tune_innovations(off, 0.95).left_out_parts.tested);
+  for (RecordedInnovations& run : off.runs) {
+    std::ranges::fill(run.nis, 0.0);
+    for (Vector& u : run.whitened) u.setZero();
+  }
+  const InnovationTuning t = tune_innovations(off, 0.95);
+  EXPECT_THAT(t.comes_first, ::testing::StartsWith("every innovation is exactly zero"));
+  EXPECT_TRUE(std::isnan(t.score_after) && std::isnan(t.likelihood_ratio_p_value));
+  EXPECT_FALSE(t.left_out_parts.tested);
+}
+
 TEST(InnovationTuning, RefusesAnEmptyRecord) {
   EXPECT_THROW(tune_innovations({}, 0.95), std::invalid_argument);
 }

@@ -1,8 +1,11 @@
 #include "datasets/logs/filter_log_header.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace credence::internal {
 namespace {
@@ -79,7 +82,7 @@ TEST(FilterLogHeaderLine, entries_of_P_may_name_their_states) {
   EXPECT_THAT(parse_filter_log_header("error.x,error.y,P.x.x,P.1.2,P.y.y").P.upper, ElementsAre(2, 3, 4));
   EXPECT_THAT(parse_filter_log_header("error.x,error.y,P.0.0,P.x.y,P.1.1").P.upper, ElementsAre(2, 3, 4));
   expect_header_error("error.x,P.x.z", "unknown column 'P.x.z'");
-  expect_header_error("error.x,P.x.x,P.1.1", "a column is there twice");
+  expect_header_error("error.x,P.x.x,P.1.1", "columns P.1.1 and P.x.x: what they stand for is there twice");
 }
 
 TEST(FilterLogHeaderLine, names_may_stand_in_quotes_between_blanks_behind_a_byte_order_mark) {
@@ -146,9 +149,14 @@ TEST(FilterLogHeaderLine, columns_that_cannot_be_meant_are_named) {
     expect_header_error(std::string("innovation.1,S.1.1,") + name, std::string("unknown column '") + name);
   }
   expect_header_error("estimate.x,estimate.x:angle,truth.x,P.1.1", "column estimate.x is there twice");
-  for (const char* twice : {"step,step", "run,run", "time,time", "truth.x,truth.x", "P.1.1,P.1.1",
-                            "innovation.1,innovation.1", "S.1.1,S.01.1", "nis.2,nis.3"}) {
-    expect_header_error(twice, "there twice");
+  for (const std::string name : {"step", "run", "time", "inflated", "truth.x", "P.1.1", "P.x.x",
+                                 "innovation.1", "S.gps.1.1", "R.1.1", "nis.2"}) {
+    expect_header_error("error.x," + name + "," + name, "column " + name + " is there twice");
+  }
+  for (const auto& [first, second] :
+       {std::pair("S.1.1", "S.01.1"), std::pair("nis.2", "nis.3"), std::pair("truth.x", "truth.x:angle")}) {
+    expect_header_error(fmt::format("{},{}", first, second),
+                        fmt::format("columns {} and {}: what they stand for is there twice", first, second));
   }
 }
 

@@ -197,6 +197,31 @@ TEST_F(FilterLog, ObservationsOfOneSensorBeginAtTheirMarksAndHaveTheSameAngles) 
       (Sensor{.name = "", .dim = 4, .piece = 1, .angles = {true}}));
 }
 
+// Beyond 2^53 a double holds no odd number, and near 1.7e9 it is nothing finer than 2.4e-7.
+TEST_F(FilterLog, RunsAreToldApartByAllDigitsOfTheirNumbers) {
+  const auto names = [&](const std::string& text) {
+    FilterLogReader reader(write(text));
+    std::vector<std::string> all;
+    for (Step row; reader.next(row);) {
+      if (reader.run_began()) all.push_back(reader.run().value());
+    }
+    return all;
+  };
+  const std::string header = "run,estimate.x,truth.x,P.1.1\n", row = ",1,0,1\n";
+  EXPECT_THAT(names(header + "20240101120000006" + row + "20240101120000006" + row + "20240101120000007" +
+                    row + "20240101120000008" + row),
+              ElementsAre("20240101120000006", "20240101120000007", "20240101120000008"));
+  EXPECT_THAT(
+      names("estimate.x,truth.x,P.1.1,run\n1,0,1, \"1700000000123456789\"\n1,0,1,1700000000123456790\n"),
+      ElementsAre("1700000000123456789", "1700000000123456790"));
+  EXPECT_THAT(names(header + "1700000000.12345678" + row + "1700000000.12345679" + row),
+              ElementsAre("1700000000.12345678", "1700000000.12345679"));
+  EXPECT_THAT(names(header + "7" + row + "7.0" + row + "0" + row + "-0" + row + "20240101120000007" + row +
+                    "8" + row),
+              ElementsAre("7", "0", "20240101120000007", "8"))
+      << "small ones are numbers, however written";
+}
+
 TEST_F(FilterLog, KeepsTheRunsOfARunColumnApart) {
   FilterLogReader reader(
       write("run,estimate.x,truth.x,P.1.1\n7,1,0,1\n7,1,0,1\n# failed: diverged at step 3\n2,1,0,1\n"));
@@ -329,7 +354,9 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + row + "# failed: diverged at step 3\n# failed: diverged at step 4\n",
        "log.csv:4: a second line"},
       {kHeader + row + "# failed: diverged at step 2\n2,2,3,2,3,4,0,9,0,2\n",
-       "log.csv:4: the line '# failed: …' before stands behind the last row of its run"}};
+       "log.csv:4: the line '# failed: …' before stands behind the last row of its run"},
+      {"run,innovation.1,S.1.1\n20240101120000007,1,1\n20240101120000008,1,1\n20240101120000007,1,1\n",
+       "log.csv:4: the rows of run 20240101120000007 do not stand together"}};
   for (const auto& [text, expected] : cases) {
     EXPECT_NE(error(text).find(expected), std::string::npos)
         << "expected " << expected << "\ngot " << error(text);

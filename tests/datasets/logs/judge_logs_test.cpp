@@ -74,13 +74,13 @@ const std::vector<std::string> kThree = {"pose.x", "pose.y", "bias"}, kTwo = {"p
                                kOthers = {"pose.x", "pose.y", "clock"};
 
 /// Runs with these numbers in their file.
-LogJudgeResult judge_numbered(const std::string& file, const std::vector<double>& numbers, int threads) {
+LogJudgeResult judge_numbered(const std::string& file, const std::vector<int>& numbers, int threads) {
   const std::vector<std::filesystem::path> paths = {file};
   const auto read = [&](const std::filesystem::path& /*path*/, LogSink& sink) {
     std::mt19937_64 bits(3);
     std::normal_distribution<double> normal;
-    for (const double number : numbers) {
-      sink.run_number(number);
+    for (const int number : numbers) {
+      sink.run_number(fmt::to_string(number));
       sink.begin_run(layout_of_file({kTwo}));
       for (std::int64_t k = 1; k <= 40; ++k) {
         const Vector error = Vector::NullaryExpr(2, [&] { return normal(bits); });

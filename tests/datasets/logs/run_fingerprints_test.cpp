@@ -34,8 +34,8 @@ std::vector<Step> rows(unsigned seed, int count) {
   return steps;
 }
 
-void add(RunFingerprints& prints, const std::vector<Step>& steps, std::optional<double> number) {
-  prints.begin_run(number);
+void add(RunFingerprints& prints, const std::vector<Step>& steps, std::optional<std::string> number) {
+  prints.begin_run(std::move(number));
   for (const Step& step : steps) prints.add(step);
 }
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
 
 #include "tests/datasets/logs/recorded_sink.h"
 
@@ -137,6 +139,48 @@ TEST(TrajectoryErrors, TimesInAnotherUnitAreToldWhereTheyWouldMeet) {
   EXPECT_THAT(said(1e6, 1.0), HasSubstr("; they would meet were the times of the estimates in µs"));
   EXPECT_THAT(said(1e9, 1e6), HasSubstr("; they would meet were the times of the estimates in ms"));
   EXPECT_THAT(said(1.0, 2.0), Not(HasSubstr("would meet")));
+}
+
+/// What is said of 500 estimates from 50 to 99.9 s, of which none meets a truth from `first_s` to `last_s`.
+std::string said_of_truth(double first_s, double last_s, std::optional<double> time_offset_s = {}) {
+  Trajectory truth = each_second({{}, {}, {}});
+  truth.time_s = {first_s, 0.5 * (first_s + last_s), last_s};
+  return no_truth("estimate.txt", 50.0, 99.9, truth, {.time_offset_s = time_offset_s}).what();
+}
+
+// In ms the truth would last 0.05 s, all of it among the estimates.
+TEST(TrajectoryErrors, ATruthThatLastsAsLongHasAnotherZeroAndNoOtherUnit) {
+  const std::string apart = said_of_truth(60000.0, 60049.9);
+  EXPECT_THAT(apart, Not(HasSubstr("would meet")));
+  EXPECT_THAT(apart, HasSubstr("clocks differ by about 59950 s (--time-offset 59950)"));
+  EXPECT_THAT(said_of_truth(1.6e9 + 0.125, 1.6e9 + 48.0),
+              HasSubstr("about 1599999950.125 s (--time-offset 1599999950.125)"));
+  EXPECT_THAT(said_of_truth(-150.0, -101.0), HasSubstr("--time-offset -200)"));
+  EXPECT_THAT(said_of_truth(60000.0, 60049.9, -59950.0), HasSubstr("--time-offset 59950)"))
+      << "the sign was the other one";
+  EXPECT_THAT(said_of_truth(60000.0, 60030.0), Not(HasSubstr("clocks"))) << "no drive of the same length";
+}
+
+TEST(TrajectoryErrors, OneRowIsAmongTheRowsOfTheTruthOrLastsUnlikeThem) {
+  const Trajectory truth = each_second({{}, {}, {}});
+  EXPECT_THAT(no_truth("estimate.txt", 0.5, 0.5, truth, {}).what(), HasSubstr("1 s apart"));
+  EXPECT_THAT(no_truth("estimate.txt", 1e12 + 500.0, 1e12 + 500.0, truth, {}).what(),
+              Not(HasSubstr("clocks")));
+}
+
+// The truth at t + offset, as the option takes it, is that of the estimate at t.
+TEST(TrajectoryErrors, TheOffsetThatIsProposedBringsThemTogether) {
+  Trajectory truth = each_second({{Vector3(0, 0, 0)}, {Vector3(4, 0, 0)}});
+  for (double& t : truth.time_s) t += 60000.0;
+  EXPECT_THAT(no_truth("estimate.txt", 50.0, 51.0, truth, {}).what(), HasSubstr("--time-offset 59950)"));
+  const auto at = truth_at(truth, 50.25, {.max_time_difference_s = 1.0, .time_offset_s = 59950.0});
+  ASSERT_TRUE(at.has_value());
+  EXPECT_NEAR(at->pose.position.x(), 1.0, 1e-9);
+}
+
+TEST(TrajectoryErrors, APartOfTheTruthInAnotherUnitIsTold) {
+  EXPECT_THAT(said_of_truth(60e3, 80e3), HasSubstr("they would meet were the times of the truth in ms"));
+  EXPECT_THAT(said_of_truth(10e6, 3600e6), HasSubstr("they would meet were the times of the truth in µs"));
 }
 
 // Both begin at zero, and meet there alone.

@@ -1,5 +1,6 @@
 #include "montecarlo/engine/result_store.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -531,6 +532,52 @@ TEST(ResultStore, FindsAChangedPayload) {
   EXPECT_THAT(said_by([&] { store.get_chunk(chunk(1)); }),
               AllOf(HasSubstr("runs 64 to 127"), HasSubstr("damaged")));
   EXPECT_THAT(said_by([&] { store.get_chunk({"c1", 128, 32}); }), HasSubstr("damaged"));
+}
+
+// With checksums of their own, such chunks are what no study has stored.
+TEST(ResultStore, ChunksThatOverlapAreRefusedByTheirRuns) {
+  const ScratchDirectory scratch;
+  const auto complaint = [&](std::int64_t first_run, std::int64_t runs) {
+    std::filesystem::remove_all(scratch / "a");
+    ResultStore store = filled(scratch / "a", 0, 2);
+    store.put_chunk({"c1", first_run, runs}, payload(9));
+    return said_by([&] { store.chunks("c1"); });
+  };
+  EXPECT_THAT(
+      complaint(32, 64),
+      HasSubstr("a/results.sqlite: runs 0 to 63 and runs 32 to 95 of configuration c1 overlap, as those "
+                "of no study do"));
+  EXPECT_THAT(complaint(10, 1), HasSubstr("runs 0 to 63 and runs 10 to 10 of configuration c1 overlap"));
+  EXPECT_THAT(complaint(0, 100), HasSubstr("runs 0 to 99 and runs 64 to 127 of configuration c1 overlap"));
+  for (const auto& [first_run, runs] : {std::pair{0, 32}, {64, 36}, {64, 80}, {128, 64}, {192, 1}})
+    EXPECT_EQ(complaint(first_run, runs), "nothing") << first_run << " and " << runs;
+}
+
+TEST(ResultStore, RefusesRunsThatNoStudyHas) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 2); }
+  for (const auto& [change, chunk] :
+       {std::pair{"first_run = -64", "64 runs from run -64"},
+        std::pair{"first_run = 9223372036854775800", "64 runs from run 9223372036854775800"},
+        std::pair{"first_run = 64, runs = 9223372036854775807", "9223372036854775807 runs from run 64"},
+        std::pair{"runs = 0", "0 runs from run 64"}}) {
+    run_sql(scratch.database("a"), fmt::format("UPDATE chunks SET {} WHERE first_run <> 0", change).c_str());
+    const ResultStore store = ResultStore::open_to_read(scratch / "a");
+    EXPECT_THAT(said_by([&] { store.chunks("c1"); }),
+                AllOf(HasSubstr("a/results.sqlite: holds a chunk of "), HasSubstr(chunk)));
+    run_sql(scratch.database("a"), "UPDATE chunks SET first_run = 64, runs = 64 WHERE first_run <> 0");
+  }
+  ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
+  EXPECT_THROW(store.put_chunk({"c1", 1'000'000'000'000'000, 64}, payload(1)), std::invalid_argument);
+}
+
+TEST(ResultStore, MergesNothingThatOverlapsWhatIsThere) {
+  const ScratchDirectory scratch;
+  ResultStore whole = filled(scratch / "a", 0, 2), other = filled(scratch / "b", 4, 5);
+  other.put_chunk({"c1", 96, 64}, payload(3));
+  EXPECT_THAT(said_by([&] { whole.merge_from(other); }),
+              HasSubstr("a/results.sqlite: runs 64 to 127 and runs 96 to 159 of configuration c1 overlap"));
+  EXPECT_THAT(whole.chunks("c1"), ElementsAre(chunk(0), chunk(1)));
 }
 
 TEST(ResultStore, RefusesFilesThatAreNoStoreAndLeavesThem) {

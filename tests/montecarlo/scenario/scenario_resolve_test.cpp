@@ -76,9 +76,21 @@ TEST(ScenarioResolve, AnUnknownKeyIsProposed) {
               HasSubstr("unknown section, did you mean [study]? accepted are [world]"));
   EXPECT_THAT(refused({of_model("monobot"), given("", "runs", std::int64_t{2})}).text,
               HasSubstr("stands in no section, did you mean study.runs? accepted sections are [world]"));
+  EXPECT_THAT(refused({of_model("monobot"), given("", "measurment_scale", 2.0)}).text,
+              HasSubstr("stands in no section, did you mean filter.measurement_scale?"));
+  EXPECT_THAT(refused({of_model("monobot"), given("sweeep", "mode", std::string("zip"))}).text,
+              HasSubstr("unknown section, did you mean [sweep]? accepted are [world]"));
   // The keys of this world, not of all.
   EXPECT_THAT(refused({of_model("monobot"), given("world", "qqqqqq", 1.0)}).text,
               testing::Not(HasSubstr("sensor_range")));
+}
+
+TEST(ScenarioResolve, ANameWithoutItsSectionMeansEveryKeyOfThatNameOrTheNearest) {
+  EXPECT_EQ(keys_without_section("measurement_scale"), "filter.measurement_scale");
+  EXPECT_EQ(keys_without_section("measurment_scale"), "filter.measurement_scale");
+  EXPECT_THAT(keys_without_section("Q"),
+              testing::AllOf(HasSubstr("world.Q"), HasSubstr(" or "), HasSubstr("filter.Q")));
+  EXPECT_EQ(keys_without_section("qqqqqqqqqq"), "");
 }
 
 TEST(ScenarioResolve, ANameOfAnotherWorldSaysOfWhich) {

@@ -1067,6 +1067,21 @@ TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
   EXPECT_TRUE(causes_of(large_P).empty());
 }
 
+// A gate of 1 % leaves of the variance of one innovation E[ν²; |ν| > 2.58] = 0.085 uncorrected at most, P(χ²₃
+// > 6.63).
+TEST(CauseRules, InnovationsAreNotWhiteByWhatAGateLeaves) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.not_white = true;
+  findings.whiteness = correlated_by(0.084);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  findings.rejection = GateRejection{.expected = 0.01, .share = 0.01, .p_value = 1e-9};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
+  findings.whiteness = correlated_by(0.086);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  findings.whiteness = correlated_by(-0.084);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+}
+
 TEST(CauseRules, WhatIsLeftSaysWhichTestItLacks) {
   Findings findings = findings_of(2.0, 1.0);
   EXPECT_EQ(find_causes(findings)[0].why.find("not tested"), std::string::npos);

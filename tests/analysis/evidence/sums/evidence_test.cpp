@@ -111,6 +111,9 @@ TEST(Evidence, OfLaterRunsAddsUpAndNumbersThemOn) {
   first.rejected["P is not symmetric"] = {.count = 2, .first = "a.csv:7"};
   later.rejected["P is not symmetric"] = {.count = 1, .first = "b.csv:1"};
   later.rejected["no truth"] = {.count = 4, .first = "b.csv:2"};
+  first.wrongly_certain["z"] = {.count = 2, .first = "a.csv:8"};
+  later.wrongly_certain = {{"z", {.count = 3, .first = "b.csv:3"}},
+                           {"roll", {.count = 1, .first = "b.csv:4"}}};
   later.study.failures = {{.run = 0, .step = 3, .outcome = Outcome::diverged}};
   later.block({"map", Part::map, {2}}).squared_error.add(9.0);
   later.narrow_angles = {.inside = 1, .total = 2};
@@ -137,6 +140,9 @@ TEST(Evidence, OfLaterRunsAddsUpAndNumbersThemOn) {
   EXPECT_EQ(first.rejected_rows(), 7);
   EXPECT_EQ(first.rejected.at("P is not symmetric").first, "a.csv:7");
   EXPECT_EQ(first.rejected.at("no truth").first, "b.csv:2");
+  EXPECT_EQ(first.wrongly_certain_rows(), 5);
+  EXPECT_EQ(first.wrongly_certain.at("z").first, "a.csv:8");
+  EXPECT_EQ(first.wrongly_certain.at("roll").first, "b.csv:4");
   EXPECT_TRUE(first.first_run.empty());
   EXPECT_EQ(first.narrow_angles, (CoverageCount{.inside = 1, .total = 2}));
   EXPECT_EQ(first.state_dim, 5);

@@ -154,14 +154,12 @@ TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   StepNormaliser normaliser;
   NormalisedStep result;
   Step step = step_of_two_blocks();
-  step.P(2, 2) = 0.0;
+  step.P = Matrix::Ones(3, 3);  // which knows differences of states
   EXPECT_EQ(normaliser.normalise(step, layout, places, result),
             "an error where the covariance claims certainty");
-  EXPECT_EQ(normaliser.certain_state(), 2);
   step = step_of_two_blocks();
   step.error[2] = 1e200;
   EXPECT_EQ(normaliser.normalise(step, layout, places, result), "an error too large to be squared");
-  EXPECT_EQ(normaliser.certain_state(), -1);
   step = step_of_two_blocks();
   step.P(0, 1) = step.P(1, 0) = 2.0;
   EXPECT_NE(normaliser.normalise(step, layout, places, result), "");
@@ -173,6 +171,54 @@ TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   step.problem = "a covariance is not symmetric";
   EXPECT_EQ(normaliser.normalise(step, layout, places, result), step.problem);
   EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
+}
+
+// Of what is left NEES is that of the first block alone, 4/3 of 2 dof; the error itself stays for its RMSE.
+TEST(StepNormaliser, AStateThatErrsWhereItIsKnownIsLeftOut) {
+  RunLayout layout = layout_of_two_blocks();
+  Step step = step_of_two_blocks();
+  step.line = 7;
+  step.innovations[0] = {Vector{{2.0, 1.0}}, Matrix{{4.0, 2.0}, {2.0, 5.0}}};
+  StepPlaces places;
+  places.find(step.states, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  for (const bool joint : {true, false}) {
+    layout.joint_covariance = joint;
+    step.P.row(2).setZero();
+    step.P.col(2).setZero();
+    if (!joint) step.P(0, 2) = step.P(2, 0) = kNaN;
+    ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+    EXPECT_EQ(result.wrongly_certain, std::vector<Index>{2});
+    EXPECT_EQ(result.line, 7);
+    EXPECT_NEAR(result.whole.value, 4.0 / 3.0, 1e-14);
+    EXPECT_EQ(result.whole.dof, 2);
+    EXPECT_EQ(result.blocks[1].dof, 0);
+    EXPECT_EQ(result.error, step.error);
+    EXPECT_EQ(result.innovations[0].dof, 2);
+    EXPECT_EQ(normaliser.factor_of_state(), nullptr);
+  }
+  step.P(0, 2) = step.P(2, 0) = 0.1;  // of a state without variance
+  layout.joint_covariance = true;
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "a zero variance has a covariance");
+  EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
+  EXPECT_TRUE(result.wrongly_certain.empty());
+}
+
+TEST(StepNormaliser, ANisThatIsNoneIsNotAddedUp) {
+  RunLayout layout = layout_of_two_blocks();
+  layout.sensors[0].nis_alone = true;
+  StepPlaces places;
+  places.find({0, 1, 2}, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  Step step = step_of_two_blocks();
+  for (const double none : {kNaN, -1.0, std::numeric_limits<double>::infinity(), 1e301}) {
+    step.innovations = {nis_alone(none)};
+    EXPECT_EQ(normaliser.normalise(step, layout, places, result), "a NIS that cannot be added up") << none;
+  }
+  step.innovations = {nis_alone(1e299)};
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
 }
 
 // As in a log of a vehicle that starts certain and drives along y: in x it claims a σ of 1e-18 at a place of

@@ -187,6 +187,47 @@ TEST(Judgement, NamesTheBlockWhoseErrorsAreTooLarge) {
   EXPECT_EQ(a.blocks[static_cast<std::size_t>(a.responsible.index)].name, "bias");
 }
 
+// A truth that was copied, or a sensor that is off.
+TEST(Judgement, WhatIsExactlyZeroIsNoEvidence) {
+  const auto zero_errors = [](Step& row, int) { row.error.setZero(); };
+  const auto zero_innovations = [](Step& row, int) { row.innovations[0].nu.setZero(); };
+  const auto innovations_alone = [](Step& row, int) {
+    row.states.clear();
+    row.error.resize(0);
+    row.P.resize(0, 0);
+    row.innovations[0].nu.setZero();
+  };
+  for (const int runs : {1, 4, 40}) {
+    for (const std::int64_t steps : {1, 30}) {
+      const Judgement errors = judge(logs_of(runs, steps, 0.0, 1.0, zero_errors));
+      EXPECT_EQ(errors.word.verdict, Verdict::undecided) << runs << ' ' << steps;
+      EXPECT_EQ(errors.nees.reason, "every error is exactly zero");
+      EXPECT_EQ(errors.scale_covariance.reason, "every error is exactly zero");
+      EXPECT_TRUE(errors.causes.empty());
+      const Judgement alone = judge(logs_of(runs, steps, 0.0, 1.0, innovations_alone));
+      EXPECT_EQ(alone.word.verdict, Verdict::undecided) << runs << ' ' << steps;
+      EXPECT_EQ(alone.nees.reason, "every innovation is exactly zero");
+      EXPECT_EQ(alone.scale_innovation.reason, "every innovation is exactly zero");
+      EXPECT_TRUE(alone.causes.empty());
+    }
+  }
+  const Judgement off = judge(logs_of(40, 30, 0.0, 1.0, zero_innovations));
+  EXPECT_EQ(off.word.verdict, Verdict::undecided);
+  EXPECT_EQ(off.nees.verdict, Verdict::consistent);
+  EXPECT_EQ(off.nis.verdict, Verdict::undecided);
+  EXPECT_EQ(off.nees.reason, "every innovation is exactly zero");
+}
+
+// Squares, and products of squares, that are too small for a number.
+TEST(Judgement, AnyScaleThatIsTooSmallIsPessimistic) {
+  for (const int runs : {1, 5, 40}) {
+    for (const double scale : {1e-20, 1e-40, 1e-60, 1e-75, 1e-80, 1e-81, 1e-90, 1e-130, 1e-150}) {
+      const Judgement j = judge(logs_of(runs, 60, 0.3, scale));
+      EXPECT_EQ(j.word.verdict, Verdict::pessimistic) << runs << ' ' << scale;
+    }
+  }
+}
+
 TEST(Judgement, AZeroVarianceLowersTheDof) {
   const auto known = [](Step& row, int) {
     row.error[3] = 0.0;
@@ -198,13 +239,47 @@ TEST(Judgement, AZeroVarianceLowersTheDof) {
   EXPECT_EQ(evidence.rejected_rows(), 0);
 }
 
+// As height of a filter in the plane, whose log has it with variance 0.
+TEST(Judgement, AStateThatErrsWhereItIsKnownLeavesTheAnswerOpenAndTheRestJudged) {
+  const auto height = [](double factor) {
+    return [factor](Step& row, int run) {
+      row.error *= factor;
+      row.error[3] = run == 2 && row.step < 4 ? 0.0 : 0.1;
+      row.P.row(3).setZero();
+      row.P.col(3).setZero();
+    };
+  };
+  const Evidence evidence = logs_of(40, 10, 0.0, 1.0, height(1.0));
+  EXPECT_EQ(evidence.rejected_rows(), 0);
+  ASSERT_EQ(evidence.wrongly_certain.size(), 1U);
+  EXPECT_EQ(evidence.wrongly_certain.at("bias").count, 397);
+  EXPECT_EQ(evidence.wrongly_certain.at("bias").first, "synthetic.csv:2");
+  EXPECT_EQ(evidence.wrongly_certain_rows(), 397);
+  const Judgement open = judge(evidence);
+  EXPECT_EQ(open.word.verdict, Verdict::undecided);
+  EXPECT_EQ(open.nees.verdict, Verdict::consistent);
+  EXPECT_EQ(open.nees.expected, 3.0);
+  EXPECT_EQ(open.nis.count, 400);
+  EXPECT_EQ(open.nees.reason,
+            "bias errs in 397 of 400 rows where P claims certainty (variance 0); what else is judged is "
+            "consistent");
+  EXPECT_EQ(judge(logs_of(40, 10, 0.0, 1.0, height(2.0))).word.verdict, Verdict::optimistic);
+  const auto first_row = [](Step& row, int run) {
+    if (run > 0 || row.step > 1) return;
+    row.error[3] = 0.1;
+    row.P.row(3).setZero();
+    row.P.col(3).setZero();
+  };
+  const Evidence once = logs_of(40, 10, 0.0, 1.0, first_row);
+  EXPECT_EQ(once.wrongly_certain_rows(), 1);
+  EXPECT_EQ(judge(once).word.verdict, Verdict::consistent);
+}
+
 TEST(Judgement, CountsAndNamesRowsThatNoFilterMayWrite) {
   const auto broken = [](Step& row, int run) {
     if (run == 3 && row.step == 5) row.P(0, 0) = -1.0;
     if (run == 3 && row.step == 6) row.innovations[0].S(0, 0) = -4.0;
-    if (run == 4 && row.step == 1) {
-      row.P.setZero();  // certain, and wrong
-    }
+    if (run == 4 && row.step == 1) row.P.setOnes();  // certain of differences, and wrong
     if (run == 5 && row.step == 2) row.problem = "a covariance is not symmetric";
   };
   const Evidence s = logs_of(10, 10, 0.0, 1.0, broken);
@@ -212,7 +287,7 @@ TEST(Judgement, CountsAndNamesRowsThatNoFilterMayWrite) {
   EXPECT_EQ(s.rejected_rows(), 4);
   ASSERT_EQ(s.rejected.size(), 4U);
   EXPECT_EQ(s.rejected.at("the covariance has a negative variance").first, "synthetic.csv:6");
-  EXPECT_EQ(s.rejected.count("an error of vehicle.x where the covariance claims certainty"), 1U);
+  EXPECT_EQ(s.rejected.count("an error where the covariance claims certainty"), 1U);
   EXPECT_EQ(s.study.steps[4][Quantity::nees].count, 9);
   EXPECT_EQ(s.study.steps[5][Quantity::nees].count, 9);  // neither its NEES
   EXPECT_EQ(s.study.steps[5][Quantity::nis].count, 9);   // nor its NIS
@@ -730,6 +805,15 @@ TEST(Judgement, SensitivityStandsBesideTheVerdict) {
   EXPECT_EQ(a.sensitivity->nis_outliers, 0);
   EXPECT_EQ(a.sensitivity->nees.verdict, Verdict::consistent);
   EXPECT_EQ(a.sensitivity->nis.mean, a.nis.mean);
+  // Innovations alone.
+  const auto no_error = [](Step& row, int) {
+    row.states.clear();
+    row.error.resize(0);
+    row.P.resize(0, 0);
+  };
+  const Judgement innovations = judge(logs_of(100, 20, 0.0, 1.0, no_error), {.sensitivity = true});
+  EXPECT_EQ(innovations.sensitivity->nees.count, 0);
+  EXPECT_EQ(innovations.sensitivity->nis.mean, innovations.nis.mean);
 }
 
 // A glitch of the truth in single rows, which was a scale of the covariance, or its process noise.

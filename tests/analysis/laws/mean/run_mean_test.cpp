@@ -190,6 +190,17 @@ TEST(RunMean, DegenerateSamples) {
   EXPECT_EQ(run_mean_p_values({.count = 30, .mean = 1.0}, 1.0).two_sided(), 1.0);
   EXPECT_EQ(run_mean_p_values({.count = 30}, 1.0).pessimistic, 0.0);
   EXPECT_EQ(run_mean_interval({.count = 30, .mean = 1.1}, 0.95).upper, 1.1);
+  // As good as equal: of a P of 1e160, where m2^1.5 and m3 are too small for a number.
+  SkewedMoments tiny;
+  for (int i = 0; i < 30; ++i) tiny.add(1e-160 * (1.0 + i % 3));
+  EXPECT_EQ(run_mean_p_values(tiny, 1.0).optimistic, 1.0);
+  EXPECT_EQ(run_mean_p_values(tiny, 1.0).pessimistic, 0.0);
+  EXPECT_EQ(least_run_mean_p_value(std::vector{tiny}, 1.0, 2).p_value, 0.0);
+  const MeanInterval interval = run_mean_interval(tiny, 0.95);
+  EXPECT_GE(interval.lower, 0.0);
+  EXPECT_LE(interval.lower, tiny.mean);
+  EXPECT_GE(interval.upper, tiny.mean);
+  EXPECT_LT(interval.upper, 1e-158);
   // One run of χ²(3): the bound, both ways.
   EXPECT_LT(run_mean_p_values({.count = 1, .mean = 6.0}, 1.0, 3.0).optimistic, 0.01);
   EXPECT_LT(run_mean_p_values({.count = 1, .mean = 0.01}, 1.0, 3.0).pessimistic, 0.01);

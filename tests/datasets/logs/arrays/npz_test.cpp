@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
@@ -27,12 +28,16 @@ struct Npy {
   std::vector<double> values;  ///< the last index runs fastest
   std::string type = "<f8";
   bool fortran_order = false;
+  std::pair<std::string, std::string>
+      header_change{};  ///< a text of its header, and what stands in its place
 };
 
 /// The bytes of a .npy file of version 1.
 std::string npy_bytes(const Npy& array) {
   std::string header = fmt::format("{{'descr': '{}', 'fortran_order': {}, 'shape': ({},), }}", array.type,
                                    array.fortran_order ? "True" : "False", fmt::join(array.shape, ", "));
+  if (const auto& [from, to] = array.header_change; !from.empty())
+    header.replace(header.find(from), from.size(), to);
   header.resize((header.size() + 10 + 64) / 64 * 64 - 10, ' ');
   header.back() = '\n';
   ByteWriter out(array.type[0] == '>' ? std::endian::big : std::endian::little);
@@ -341,6 +346,37 @@ TEST(Npz, ErrorsNameTheArray) {
   Npy large = log[0];
   large.shape = {kNpzRuns, kNpzSteps, 200000000000};
   fails_with(written_npz({large, log[1]}), "a shape beyond its");
+}
+
+TEST(Npz, ASizeBelowZeroIsNotReadAsThatAboveIt) {
+  const auto log = arrays();
+  const std::string shape = "'shape': (3, 4, 2,)";
+  for (const bool packed : {false, true}) {
+    for (const char* wrong : {"'shape': (-3, 4, 2)", "'shape': (3, -4, 2)", "'shape': (3., 4, 2)"}) {
+      std::vector<Npy> changed = log;
+      changed[0].header_change = {shape, wrong};
+      EXPECT_THAT([&] { read(written_npz(changed, packed)); },
+                  ::testing::ThrowsMessage<DataError>(
+                      HasSubstr("error.npy: a shape of other than whole numbers from 0 on: corrupted")))
+          << wrong;
+    }
+    std::vector<Npy> of_python_2 = log;
+    of_python_2[0].header_change = {shape, "'shape': (3L,4L, 2L)"};
+    expect_the_runs(read(written_npz(of_python_2, packed)), "3L");
+  }
+}
+
+TEST(Npz, AMemberThatIsThereTwiceIsRefusedByName) {
+  auto log = arrays();
+  log.push_back(log[1]);
+  const TemporaryFolder folder;
+  const auto file = folder.write("log.npz", written_npz(log));
+  RecordedSink sink;
+  EXPECT_THAT([&] { npz_format().read(file, {}, sink); },
+              ::testing::ThrowsMessage<DataError>(
+                  ::testing::AllOf(HasSubstr("log.npz"), HasSubstr("P.npy is there twice: corrupted"))));
+  log.back().name = "P.npy";  // its member is P.npy.npy
+  expect_the_runs(read(written_npz(log)), "another name");
 }
 
 // Zeros of gigabytes are packed into little: what cannot be judged is refused before they are unpacked, and

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <cmath>
@@ -67,6 +68,26 @@ TEST(StepConventions, AMistakeOfUnitsIsNamed) {
   EXPECT_THAT(said(3, degrees), HasSubstr("P is in degrees in heading"));
   EXPECT_THAT(said(4, [](Step& s) { s.error[2] /= kRadiansPerDegree; }),
               HasSubstr("the error is in degrees in heading"));
+}
+
+// Eigen solves with what a failed factorisation has left: of −1 the inverse would be 1, which fits.
+TEST(StepConventions, WhatHasANegativeVarianceIsNoInformationMatrix) {
+  RunLayout layout;
+  layout.states = {"x"};
+  layout.joint_covariance = true;
+  testing::RecordedSink told;
+  StepConventions sink(told);
+  std::mt19937_64 random(61);
+  std::normal_distribution<double> normal;
+  sink.begin_run(layout);
+  for (int i = 1; i <= 400; ++i) {
+    Step step{.step = i, .states = {0}, .error = Vector::Constant(1, normal(random))};
+    step.P = Matrix::Constant(1, 1, -1.0);
+    sink.add(step);
+  }
+  sink.finish();
+  EXPECT_THAT(told.said(), IsEmpty());
+  EXPECT_THAT(said(62, [](Step& s) { s.P = (-s.P.inverse()).eval(); }), IsEmpty());
 }
 
 // P correlates x with y by 0.45 and with the heading by 0.44.

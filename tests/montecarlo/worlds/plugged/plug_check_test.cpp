@@ -108,12 +108,22 @@ TEST(PlugCheck, ARunThatIsAnotherTheSecondTimeIsFound) {
   }
 }
 
+// As diag(0, 1) becomes by F = [1 1; 0 1] without process noise: what is known is a direction, and no state.
+TEST(PlugCheck, PMayBeSingularAndSMayNot) {
+  const Matrix singular = Matrix::Ones(2, 2);
+  EXPECT_THAT(problems_of([&](TraceStep& step, std::int64_t, int) { step.P = singular; }), IsEmpty());
+  EXPECT_THAT(problems_of([&](TraceStep& step, std::int64_t, int) { step.P(1, 1) = 0.5 - 1e-9; }),
+              ElementsAre("P is not positive semidefinite in run 0 at step 1"));
+  EXPECT_THAT(problems_of([&](TraceStep& step, std::int64_t, int) { step.innovations[0].S = singular; }),
+              ElementsAre("S of compass is not positive definite in run 0 at step 1"));
+}
+
 TEST(PlugCheck, AStateWithoutVarianceHasNoCovarianceAndNothingIsNan) {
   const auto problems_of = [](const Matrix& P) {
     return plug_problems(ShownRuns([&](TraceStep& step, std::int64_t, int) { step.P = P; }));
   };
   EXPECT_THAT(problems_of((Matrix(2, 2) << 0.0, 1.0, 1.0, 1.0).finished()),
-              ::testing::Contains(HasSubstr("P is not positive definite in run 0 at step 1")));
+              ::testing::Contains(HasSubstr("P is not positive semidefinite in run 0 at step 1")));
   EXPECT_THAT(problems_of((Matrix(2, 2) << kNaN, 0.0, 0.0, 1.0).finished()),
               ::testing::Contains(HasSubstr("P is not finite in run 0 at step 1")));
 }

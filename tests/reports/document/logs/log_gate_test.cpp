@@ -189,6 +189,26 @@ TEST(LogGate, RowsThatWereRejectedBeforeDoNotFailAndMoreOfThemDo) {
   EXPECT_TRUE(lost_any(alone));
 }
 
+TEST(LogGate, MoreRowsThatErrWherePClaimsCertaintyFail) {
+  const auto gate_with = [](std::int64_t of_z) {
+    CheckedLogs logs = checked(factors_of(kRightRuns), Verdict::consistent);
+    logs.analysis.evidence.rows = 1000;
+    logs.analysis.evidence.wrongly_certain = {{"y", {.count = 1}}, {"z", {.count = of_z}}};
+    Json before = Json::parse(baseline_of(factors_of(kRightRuns), "consistent"));
+    before["rows"] = 1000;
+    before["wrongly_certain"] = {{{"state", "z"}, {"count", 4}}, {{"state", "y"}, {"count", 2}}};
+    logs.gate = gate_against(logs, "before.json", text_of_json(before), kMargin);
+    return logs;
+  };
+  EXPECT_FALSE(lost_any(gate_with(4)));
+  EXPECT_TRUE(lost_any(gate_with(5)));
+  EXPECT_THAT(gate_with(5).gate->worse,
+              testing::ElementsAre("5 of 1000 rows err where P claims certainty, before 4 of 1000"));
+  CheckedLogs alone = gate_with(4);
+  alone.gate.reset();
+  EXPECT_TRUE(lost_any(alone));
+}
+
 /// A mean NEES or NIS that lies within its bounds for factors from lower to upper.
 ConsistencyVerdict mean_of(double factor, double lower, double upper) {
   ConsistencyVerdict v;
@@ -311,7 +331,9 @@ TEST(JunitXml, RunsAndRowsThatWereNotJudgedFail) {
   e.study.failures = {{.run = 3, .step = 7, .outcome = Outcome::diverged}};
   e.rows = 4000;
   e.rejected["P has a negative variance"] = {.count = 2, .first = "a.csv:9"};
-  const char* const says = "1 of 30 runs failed; 2 of 4000 rows were rejected";
+  e.wrongly_certain["z"] = {.count = 7};
+  const char* const says =
+      "1 of 30 runs failed; 2 of 4000 rows were rejected; z errs in 7 of 4000 rows where P claims certainty";
   EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr("tests=\"2\" failures=\"1\""));
   EXPECT_THAT(junit_xml(logs, 0.95), HasSubstr(says));
   EXPECT_THAT(markdown_summary(logs), HasSubstr(says));
@@ -329,6 +351,21 @@ TEST(MarkdownSummary, ABarInANameDoesNotEndItsCell) {
   EXPECT_THAT(text, HasSubstr("## logs: optimistic\n"));
   EXPECT_THAT(text, HasSubstr("| NEES of a\\|b |"));
   EXPECT_THAT(text, HasSubstr("\n- half of it was cut off\n"));
+}
+
+TEST(MarkdownSummary, NoNameIsHtml) {
+  CheckedLogs logs = checked(factors_of({}));
+  logs.name = "a & <img src=x onerror=alert(1)>";
+  logs.analysis.evidence.blocks.emplace_back().name = "<b>";
+  ConsistencyVerdict verdict;
+  verdict.count = 3;
+  logs.analysis.judgement.blocks.push_back({"<b>", verdict});
+  logs.remarks = {"<script>.csv: cut off"};
+  const std::string text = markdown_summary(logs);
+  EXPECT_THAT(text, HasSubstr("## a &amp; &lt;img src=x onerror=alert(1)>: optimistic\n"));
+  EXPECT_THAT(text, HasSubstr("| NEES of &lt;b> |"));
+  EXPECT_THAT(text, HasSubstr("\n- &lt;script>.csv: cut off\n"));
+  EXPECT_EQ(text.find('<'), std::string::npos);
 }
 
 TEST(MarkdownSummary, TheNameOfAFileIsOneLine) {

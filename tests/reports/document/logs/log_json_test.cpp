@@ -23,11 +23,11 @@ TEST(LogJson, HasTheKeysOfTheFormatInTheirOrder) {
   const OrderedJson j = log_data(synthetic_logs(Defect::none));
   std::vector<std::string> keys;
   for (const auto& [key, value] : j.items()) keys.push_back(key);
-  EXPECT_THAT(keys, ElementsAre("schema", "files", "rows", "rejected_rows", "rejected", "unmatched_rows",
-                                "format", "remarks", "poses", "calibration", "runs", "steps", "step_stride",
-                                "state_dim", "complete", "verdict", "word", "nees", "nis", "blocks",
-                                "responsible_block", "sensors", "nis_fit", "single_run", "covariance", "rmse",
-                                "battery", "outcomes", "null_reason"));
+  EXPECT_THAT(keys, ElementsAre("schema", "files", "rows", "rejected_rows", "rejected", "wrongly_certain",
+                                "unmatched_rows", "format", "remarks", "poses", "calibration", "runs",
+                                "steps", "step_stride", "state_dim", "complete", "verdict", "word", "nees",
+                                "nis", "blocks", "responsible_block", "sensors", "nis_fit", "single_run",
+                                "covariance", "rmse", "battery", "outcomes", "null_reason"));
 }
 
 TEST(LogJson, HasTheNumbersOfTheJudgement) {
@@ -110,6 +110,7 @@ TEST(LogJson, RowsThatWereRejectedAndRunsThatFailedAreSaid) {
   Evidence& evidence = logs.analysis.evidence;
   evidence.rejected["P is not symmetric"] = {.count = 3, .first = "a.csv:7"};
   evidence.rejected["a NaN"] = {.count = 2, .first = "b.csv:1"};
+  evidence.wrongly_certain["z"] = {.count = 4, .first = "a.csv:2"};
   evidence.study.runs = 5;
   evidence.study.failures = {{.run = 1, .step = 9, .outcome = Outcome::diverged},
                              {.run = 4, .step = 2, .outcome = Outcome::threw}};
@@ -118,6 +119,7 @@ TEST(LogJson, RowsThatWereRejectedAndRunsThatFailedAreSaid) {
   EXPECT_EQ(j["rejected_rows"], 5);
   EXPECT_EQ(j["rejected"][0].dump(), R"({"reason":"P is not symmetric","count":3,"first":"a.csv:7"})");
   EXPECT_EQ(j["rejected"].size(), 2U);
+  EXPECT_EQ(j["wrongly_certain"].dump(), R"([{"state":"z","count":4,"first":"a.csv:2"}])");
   EXPECT_EQ(j["unmatched_rows"], 4);
   EXPECT_EQ(j["remarks"], OrderedJson::array({"a column was left out"}));
   EXPECT_EQ(j["outcomes"]["ok"], 3);

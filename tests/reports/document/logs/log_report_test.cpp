@@ -121,6 +121,19 @@ TEST(LogReport, RejectedRowsAreAnAlarmWithTheFirstOfEveryKind) {
   EXPECT_THAT(bullets_of(document), Contains("3 rows: P is not symmetric; the first is a.csv:7"));
 }
 
+TEST(LogReport, AStateThatErrsWhereItIsKnownIsAnAlarm) {
+  CheckedLogs logs;
+  logs.analysis.evidence.rows = 30;
+  logs.analysis.evidence.wrongly_certain["z"] = {.count = 3, .first = "a.csv:7"};
+  const Document document = log_document(logs);
+  ASSERT_EQ(callouts_of(document).size(), 1U);
+  EXPECT_EQ(callouts_of(document)[0].tone, CellTone::alarm);
+  EXPECT_EQ(
+      callouts_of(document)[0].text,
+      "z errs in 3 of 30 rows where P claims certainty (variance 0), and is left out of them; the first is "
+      "a.csv:7.");
+}
+
 TEST(LogReport, AnEarlierVersionIsComparedBeforeAnythingElse) {
   CheckedLogs logs;
   logs.gate = LogGate{.baseline = "old.json", .verdict_before = "consistent"};

@@ -144,6 +144,7 @@ TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {
   logs.analysis.complete = false;
   logs.analysis.evidence.step_stride = 2;
   logs.analysis.evidence.rejected["P is not symmetric"] = {.count = 3, .first = "a.csv:7"};
+  logs.analysis.evidence.wrongly_certain["z"] = {.count = 4, .first = "a.csv:2"};
   for (std::int64_t run = 0; run < 2; ++run) {
     logs.analysis.evidence.study.failures.push_back(
         {.run = run, .step = 9, .outcome = Outcome::not_positive_definite});
@@ -153,6 +154,9 @@ TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {
   const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
   EXPECT_EQ(notes.front(), "30 rows of 1 run in 2 files (CSV). Interrupted.");
   EXPECT_THAT(notes, Contains(HasSubstr("of every 2nd step")));
+  EXPECT_THAT(notes,
+              Contains(HasSubstr("LEFT OUT: z in 4 rows, where P claims certainty (variance 0) and it errs "
+                                 "(first: a.csv:2)")));
   EXPECT_THAT(notes, Contains("No truth at their time, and left out: 4 rows."));
   EXPECT_THAT(notes, Contains("REJECTED: 3 rows, P is not symmetric (first: a.csv:7)."));
   EXPECT_THAT(notes, Contains("FAILED: run 0, " + failed + " at step 9."));

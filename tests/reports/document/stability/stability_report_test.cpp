@@ -246,6 +246,36 @@ TEST(StabilityReport, AFilterThatBreaksDownIsSaidAndNoNumberIsInvented) {
                                                             "without a ΔP."));
 }
 
+TEST(StabilityReport, WhatIsNotKnownIsLeftOutOrSaidToBeUnknown) {
+  const auto without_nan = [](const StabilityAnalysis& analysis) {
+    const Document document = stability_shown(analysis);
+    for (const char* table : {"Stability", "Ranks"}) {
+      for (const auto& row : table_of(document, table).rows)
+        for (const TableCell& cell : row) EXPECT_THAT(cell.text, Not(HasSubstr("nan"))) << row[0].text;
+    }
+    return document;
+  };
+  const Document none = without_nan(scalar(1e200, 1e300));  // no step succeeds
+  EXPECT_EQ(stability_row(none, "error of a single run"),
+            "not known: eigenvalues not known, as no step succeeds");
+  EXPECT_EQ(stability_row(none, "Riccati"),
+            "undecided: solution: undecided; the first prior leaves the range of double");
+  EXPECT_EQ(stability_row(none, "largest gains"), "no limit: not known");
+
+  StabilityAnalysis analysis = scalar(1.0);  // as of an R that leaves the range of double when inverted
+  analysis.riccati.kind = RiccatiKind::undecided;
+  analysis.riccati.reason = "the growth exponent is 0";
+  analysis.riccati.steps = 1.0;
+  analysis.riccati.growth_exponent = 0.0;
+  analysis.riccati.P(0, 0) = analysis.riccati.K(0, 0) = analysis.riccati.residual = std::nan("");
+  EXPECT_THAT(stability_row(without_nan(analysis), "Riccati"),
+              EndsWith("solution: undecided; growth exponent 0.00; the growth exponent is 0"));
+  analysis.closed_loop_eigenvalues.resize(0);
+  analysis.spectral_radius = std::nan("");
+  EXPECT_EQ(stability_row(without_nan(analysis), "error of a single run"),
+            "not known: eigenvalues not computed: the iteration did not converge");
+}
+
 TEST(StabilityReport, UnitsAreMetresOnlyWhereAllStatesAre) {
   StabilityAnalysis analysis = half_seen();
   EXPECT_FALSE(analysis.in_metres);

@@ -1,5 +1,6 @@
 #include "reports/document/study/comparison_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -99,6 +100,29 @@ TEST(Comparison, DocumentsAreReadAndOthersRefused) {
   for (const char* wrong : {"", "[1]", "{}", "3", R"({"runs": 1, "verdict": "x"})", R"({"studies": [1]})"}) {
     EXPECT_THROW(compared_documents("wrong.json", wrong), std::invalid_argument) << wrong;
   }
+}
+
+TEST(Comparison, DocumentsThatCannotBeComparedAreRefusedByName) {
+  const auto says = [](const std::string& document) {
+    try {
+      compared_documents("a.json", document);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  const auto with = [](const char* p_value, const char* confidence) {
+    return fmt::format(R"({{"runs": 5, "verdict": "optimistic", "word": {{"p_value": {}}},
+      "nees": {{"mean": 4.0, "expected": 3.0, "confidence": {}}}, "nis": null}})",
+                       p_value, confidence);
+  };
+  EXPECT_EQ(says(with("0.25", "0.95")), "nothing");
+  EXPECT_EQ(says(with("null", "null")), "nothing");
+  EXPECT_EQ(says(with("-9223372036854775808", "0.95")),
+            "a.json: word.p_value = -9.223372036854776e+18: must lie in [0, 1]");
+  EXPECT_EQ(says(with("0.25", "1.0")), "a.json: nees.confidence = 1: must lie in (0, 1)");
+  for (const char* none : {R"({"schema": 1, "studies": []})", R"({"configurations": [], "points": []})"})
+    EXPECT_EQ(says(none), "a.json: holds no results to compare");
 }
 
 std::vector<ComparedStudy> two_studies() {

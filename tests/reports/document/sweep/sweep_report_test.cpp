@@ -95,8 +95,15 @@ TEST(SweepDocument, AConfigurationThatDoesNotStandIsCountedAsThat) {
       sweep_document(sweep).answer.text,
       testing::HasSubstr("0 cannot be trusted, 0 are pessimistic, 2 consistent, 1 inconsistent alone but "
                          "not among so many"));
+  const auto notes = [&] {
+    const Document document = sweep_document(sweep);
+    return std::get<ReportTable>(document.brief.front()).notes;
+  };
+  EXPECT_THAT(notes(), testing::Contains(testing::HasSubstr(
+                           "1 of 3 is inconsistent alone, 0 stand; at most 5 % of those that stand are")));
   sweep.p_values[1] = 0.04;
   EXPECT_TRUE(sweep.stands(1));
+  EXPECT_THAT(notes(), testing::Contains(testing::HasSubstr("1 of 3 is inconsistent alone, 1 stands; ")));
   EXPECT_FALSE(sweep.stands(0));
   EXPECT_THAT(sweep_document(sweep).answer.text, testing::HasSubstr("1 cannot be trusted"));
 }
