@@ -382,7 +382,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   while (reader.next(row)) {
     if (reader.run_began()) {
       end_failed();
-      if (auto number = reader.run()) sink.run_number(*std::move(number));
+      if (const auto number = reader.run()) sink.run_number(*number);
       sink.begin_run(reader.layout());
       open = true;
       travelled = {};

@@ -23,7 +23,7 @@ class InnovationSink final : public LogSink {
   void end_file() {
     if (number_.alone()) fingerprints_.name_by_file();
   }
-  void run_number(std::string number) override { number_.tell(std::move(number)); }
+  void run_number(const std::string& number) override { number_.tell(number); }
   void begin_run(const RunLayout& layout) override {
     fingerprints_.begin_run(number_.next());
     close_run();

@@ -204,7 +204,7 @@ class GroupSink final : public LogSink {
   void finish() {
     if (together_) together_->finish();
   }
-  void run_number(std::string number) override { number_.tell(std::move(number)); }
+  void run_number(const std::string& number) override { number_.tell(number); }
   void add(const Step& step) override {
     stop_point();
     ++steps_;

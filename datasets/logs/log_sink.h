@@ -19,7 +19,7 @@ class LogSink {
   virtual ~LogSink() = default;
 
   /// The run that begins next has this number in its file; one that is alone there has none.
-  virtual void run_number(std::string /*number*/) {}
+  virtual void run_number(const std::string& /*number*/) {}
   /// The steps that follow belong to another run, of this layout.
   virtual void begin_run(const RunLayout& layout) = 0;
   virtual void add(const Step& step) = 0;
@@ -93,7 +93,7 @@ class ForwardingSink : public LogSink {
  public:
   explicit ForwardingSink(LogSink& next) : next_(next) {}
 
-  void run_number(std::string number) override { next_.run_number(std::move(number)); }
+  void run_number(const std::string& number) override { next_.run_number(number); }
   void begin_run(const RunLayout& layout) override { next_.begin_run(layout); }
   void add(const Step& step) override { next_.add(step); }
   void travelled(double distance_m) override { next_.travelled(distance_m); }
