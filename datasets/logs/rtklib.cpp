@@ -6,7 +6,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "core/manifold/angle.h"
@@ -16,6 +18,7 @@
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
+#include "datasets/logs/trajectory_errors.h"
 
 namespace credence::internal {
 namespace {
@@ -37,7 +40,12 @@ class SolutionReader {
     while (lines_.next(line)) {
       if (trim_blanks(line).empty()) continue;
       if (line.starts_with('%')) {
-        if (const auto named = coordinates_of(line)) coordinates = named;
+        if (const auto named = coordinates_of(line)) {
+          coordinates = named;
+          const std::vector<std::string_view> words = words_between(" \t%", line);
+          constexpr std::string_view kSystems[] = {"GPST", "UTC", "JST"};
+          if (std::ranges::count(kSystems, words.front()) > 0) solution.time_system = words.front();
+        }
         continue;
       }
       if (!coordinates) {
@@ -148,15 +156,35 @@ class SolutionReader {
 };
 
 /// The truth at a time; a survey point holds for all times.
-const GnssFix* truth_fix(const GnssSolution& truth, double time_s, double limit_s) {
-  if (truth.fixes.size() == 1) return &truth.fixes.front();
+std::optional<GnssFix> truth_fix(const GnssSolution& truth, double time_s,
+                                 const TrajectoryMatching& matching) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const double limit_s = matching.max_time_difference_s;
+  if (truth.fixes.size() == 1) return truth.fixes.front();
   const auto after = std::ranges::lower_bound(truth.fixes, time_s, {}, &GnssFix::time_s);
-  const GnssFix* best = after != truth.fixes.end() ? &*after : nullptr;
-  if (after != truth.fixes.begin() &&
-      (best == nullptr || time_s - std::prev(after)->time_s < best->time_s - time_s)) {
-    best = &*std::prev(after);
+  const double to_after = after != truth.fixes.end() ? after->time_s - time_s : kNone;
+  const double to_before = after != truth.fixes.begin() ? time_s - std::prev(after)->time_s : kNone;
+  const double nearest = std::min(to_before, to_after);
+  if (nearest <= kSameTime_s || matching.truth_time == TruthTime::nearest) {
+    if (nearest > limit_s) return std::nullopt;
+    return to_before < to_after ? *std::prev(after) : *after;
   }
-  return best != nullptr && std::abs(best->time_s - time_s) <= limit_s ? best : nullptr;
+  if (std::max(to_before, to_after) > limit_s) return std::nullopt;
+  GnssFix between = *std::prev(after);
+  const double share = to_before / (to_before + to_after);
+  between.time_s = time_s;
+  between.earth_fixed += share * (after->earth_fixed - between.earth_fixed);
+  between.covariance += share * (after->covariance - between.covariance);
+  return between;
+}
+
+/// Leap seconds are not undone.
+void require_one_time_system(const GnssSolution& log, const GnssSolution& truth) {
+  if (truth.fixes.size() == 1 || log.time_system.empty() || truth.time_system.empty()) return;
+  if (log.time_system == truth.time_system) return;
+  throw DataError(truth.file, "",
+                  fmt::format("its times are {} and those of {} {}: write both in one (RTKLIB: out-timesys)",
+                              truth.time_system, log.file.string(), log.time_system));
 }
 
 void read_solution(const std::filesystem::path& file, const LogReading& options, LogSink& sink) {
@@ -173,6 +201,7 @@ void read_solution(const std::filesystem::path& file, const LogReading& options,
   if (log.baseline != truth.baseline) {
     throw DataError(truth.file, "", "one of truth and log holds baselines, the other positions on the earth");
   }
+  require_one_time_system(log, truth);
   std::map<int, Index> first_state;  // by quality
   for (const GnssFix& fix : log.fixes) first_state.try_emplace(fix.quality, 0);
   RunLayout layout;
@@ -189,8 +218,8 @@ void read_solution(const std::filesystem::path& file, const LogReading& options,
   std::int64_t unmatched = 0;
   DistanceTravelled travelled;
   for (const GnssFix& fix : log.fixes) {
-    const GnssFix* const at = truth_fix(truth, fix.time_s, options.matching.max_time_difference_s);
-    if (at == nullptr) {
+    const std::optional<GnssFix> at = truth_fix(truth, fix.time_s, options.matching);
+    if (!at) {
       ++unmatched;
       continue;
     }
@@ -208,7 +237,8 @@ void read_solution(const std::filesystem::path& file, const LogReading& options,
   }
   if (step.step == 0) {
     throw DataError(file, "",
-                    fmt::format("no row has a truth at its time in {}, within {} s (--max-time-difference)",
+                    fmt::format("no row has a truth at its time in {}, within {} s (--max-time-difference, "
+                                "--truth-time nearest)",
                                 truth.file.string(), options.matching.max_time_difference_s));
   }
   sink.unmatched(unmatched);

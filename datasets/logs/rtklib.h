@@ -18,6 +18,7 @@ struct GnssFix {
 struct GnssSolution {
   std::filesystem::path file;
   bool baseline = false;
+  std::string time_system{};  ///< "GPST", "UTC" or "JST", as the line that names the columns says; else empty
   std::vector<GnssFix> fixes{};
 };
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <iterator>
+#include <optional>
 
 #include "core/utf8.h"
 #include "datasets/logs/arrays/array_log.h"
@@ -145,17 +146,18 @@ class MatReader {
   }
 
   void variable(std::uint32_t type, ByteCursor body, std::uint64_t at, std::endian order) {
-    if (type == kMatrix) return matrix(body, "");
+    if (type == kMatrix) return matrix(body, std::nullopt);
     std::vector<std::uint8_t> unpacked;
     decompress_zlib(body, unpacked);
     const ByteOrigin origin{file_.path(), fmt::format("the variable at byte {}", at)};
     ByteCursor all(unpacked, origin, 0, order);
     const Element element = take_element(all);
-    if (element.type == kMatrix) matrix(element.data, "");
+    if (element.type == kMatrix) matrix(element.data, std::nullopt);
   }
 
-  /// An array, or the arrays of a structure. `field`: its name, where it is a field of one.
-  void matrix(ByteCursor body, const std::string& field) {
+  /// An array, or the arrays of a structure. `field`: its name, where it is a field of one; structures within
+  /// structures are not opened.
+  void matrix(ByteCursor body, const std::optional<std::string>& field) {
     if (body.done()) return;  // an empty field
     ByteCursor flags = take_element(body).data;
     const std::uint32_t word = flags.take<std::uint32_t>();
@@ -168,9 +170,9 @@ class MatReader {
     }
     ByteCursor letters = take_element(body).data;
     const std::string own(letters.take_text(letters.left()));
-    const std::string& name = field.empty() ? own : field;
+    const std::string& name = field ? *field : own;
     const std::uint32_t kind = word & 0xffU;
-    if (kind == kStructure && field.empty()) return structure(body, dims);
+    if (kind == kStructure && !field) return structure(body, dims);
     if (name == kNamesOfStates && (kind == kCell || kind == kCharacters)) return texts(kind, dims, body);
     const bool numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplexFlag) == 0;
     MatArray& array = arrays_.emplace_back(MatArray{.name = name, .is_cell = kind == kCell});
@@ -180,9 +182,9 @@ class MatReader {
     array.numbers = numbers(array, take_element(body));
   }
 
-  void opaque(ByteCursor body, const std::string& field) {
-    std::string name = field;
-    if (field.empty()) {
+  void opaque(ByteCursor body, const std::optional<std::string>& field) {
+    std::string name = field.value_or("");
+    if (!field) {
       ByteCursor letters = take_element(body).data;
       name = letters.take_text(letters.left());
     }
@@ -212,7 +214,6 @@ class MatReader {
     }
     std::size_t longest = 1;
     for (const auto& row : rows) longest = std::max(longest, row.size());
-    constexpr std::size_t kMostLetters = std::size_t{1} << 22;
     if (rows.size() > kMostLetters / longest)
       body.fail(fmt::format("names: {} texts, one of {} letters: too many", rows.size(), longest));
     MatArray& array = arrays_.emplace_back(MatArray{.name = std::string(kNamesOfStates), .is_read = true});
@@ -229,6 +230,7 @@ class MatReader {
     const std::vector<double> letters = take_letters(take_element(body));
     const std::uint64_t count = dims.size() == 2 ? dims[0] : 0;
     if (count == 0 && letters.empty()) return {{}};
+    if (count > kMostLetters) body.fail(fmt::format("names: {} texts: too many", count));
     if (count == 0 || letters.size() % count != 0 || letters.size() / count != dims[1])
       body.fail("names: a text that does not fit its dimensions");
     std::vector<std::vector<double>> rows(static_cast<std::size_t>(count));
@@ -260,6 +262,8 @@ class MatReader {
     }
     return type->take(element.data, array, in_memory_);
   }
+
+  static constexpr std::size_t kMostLetters = std::size_t{1} << 22;  ///< of all names of states
 
   BinaryFile file_;
   bool (*wanted_)(std::string_view);

@@ -177,7 +177,9 @@ class UlogReader {
     const auto id = body.take<std::uint16_t>();
     topic.name = body.take_text(body.left());
     size_of(body, topic.name, 0);
-    topic.fields = formats_.at(topic.name);
+    const auto format = formats_.find(topic.name);
+    if (format == formats_.end()) body.fail(fmt::format("topic '{}' is no message: corrupted", topic.name));
+    topic.fields = format->second;
     std::uint64_t offset = 0;
     for (UlogField& field : topic.fields) {
       field.size = size_of(body, field.type, 0);

@@ -60,6 +60,9 @@ void scan_ros2_sqlite(const std::filesystem::path& file, const RosVisitor& visit
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) throw DataError(file, "", "there is no such file");
   const Database database(file);
+  // A view may give rows for ever, and none before all are sorted.
+  database.query("SELECT name FROM sqlite_master WHERE type = 'view' AND name IN ('topics', 'messages')",
+                 [&](sqlite3_stmt* row) { database.fail(text(row, 0) + " is a view"); });
   std::map<std::int64_t, std::size_t> topics;
   database.query(
       "SELECT id, name, type, serialization_format FROM topics ORDER BY id", [&](sqlite3_stmt* row) {

@@ -28,9 +28,8 @@ const std::string kPoint =
     "0.00    0.0\n";
 
 struct RtklibFiles : ::testing::Test {
-  RecordedSink read(const std::string& log, const std::string& truth) const {
+  RecordedSink read(const std::string& log, const std::string& truth, LogReading options = {}) const {
     const auto file = folder.write("log.pos", log);
-    LogReading options;
     options.truth = TruthFiles(std::vector{file}, {folder.write("truth.pos", truth).string()});
     RecordedSink sink;
     rtklib_format().read(file, options, sink);
@@ -92,13 +91,42 @@ TEST_F(RtklibFiles, ABetterSolutionIsMatchedInTimeAndItsCovarianceAdded) {
   const std::string log =
       kGeodetic + geodetic_row("1692 10.00", {1, 0, 0}, rest) + geodetic_row("1692 11.00", {2, 0, 0}, rest);
   const std::string truth =
-      kGeodetic + geodetic_row("1692 9.00", {9, 9, 9}, rest) + geodetic_row("1692 11.01", {0, 0, 0}, rest);
+      kGeodetic + geodetic_row("1692 9.00", {9, 9, 9}, rest) + geodetic_row("1692 11.00", {0, 0, 0}, rest);
   const RecordedSink sink = read(log, truth);
   ASSERT_EQ(sink.runs[0].steps.size(), 1U);
   EXPECT_EQ(sink.unmatched_rows, 1);
   EXPECT_NEAR(sink.runs[0].steps[0].error[0], 2.0, 1e-4);
   EXPECT_NEAR(sink.runs[0].steps[0].P(0, 0), 2.0, 1e-12);
   EXPECT_THAT(sink.said(), HasSubstr("the truth has a covariance of its own"));
+}
+
+// At 30 m/s, and the truth 10 ms before and 30 ms behind: a quarter of the way, or the nearest, 0.3 m off.
+TEST_F(RtklibFiles, BetweenItsTimesTheTruthIsInterpolatedOrTheNearestIsTaken) {
+  const std::string rest = " 1 9 1 1 1 0 0 0";
+  const std::string log = kGeodetic + geodetic_row("1692 10.01", {0.3, 0, 0}, rest);
+  const std::string truth = kGeodetic + geodetic_row("1692 10.00", {0, 0, 0}, " 1 9 1 1 1 0 0 0") +
+                            geodetic_row("1692 10.04", {1.2, 0, 0}, " 1 9 3 3 3 0 0 0");
+  LogReading reading;
+  reading.matching.max_time_difference_s = 0.035;
+  const Step between = read(log, truth, reading).runs[0].steps.at(0);
+  EXPECT_NEAR(between.error[0], 0.0, 1e-4);
+  EXPECT_NEAR(between.P(0, 0), 1.0 + 0.75 * 1.0 + 0.25 * 9.0, 1e-9);
+  reading.matching.truth_time = TruthTime::nearest;
+  EXPECT_NEAR(read(log, truth, reading).runs[0].steps.at(0).error[0], 0.3, 1e-4);
+  EXPECT_THAT([&] { read(log, truth); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("--truth-time nearest")));
+}
+
+TEST_F(RtklibFiles, TimesOfTwoSystemsAreRefused) {
+  const std::string rest = " 1 9 1 1 1 0 0 0";
+  const auto rows = [&](const std::string& system) {
+    std::string header = kGeodetic;
+    header.replace(header.find("GPST"), 4, system);
+    return header + geodetic_row("1692 10.00", {1, 0, 0}, rest) + geodetic_row("1692 11.00", {1, 0, 0}, rest);
+  };
+  EXPECT_EQ(read(rows("UTC"), rows("UTC")).runs[0].steps.size(), 2U);
+  EXPECT_THAT([&] { read(rows("GPST"), rows("UTC")); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("its times are UTC and those of ")));
 }
 
 TEST_F(RtklibFiles, TellsHowFarATruthThatMovesHasTravelled) {

@@ -116,6 +116,27 @@ TEST(MatArrays, SizesThatOverflowAreRefused) {
               HasSubstr("a dimension of -2147483648"));
 }
 
+// A field without a name was taken for a variable, whatever the depth.
+TEST(MatArrays, AStructureWithinAStructureIsNotOpened) {
+  const auto structure_of = [](const std::string& field, const std::string& value) {
+    return array_head(2, {1, 1}, "s") + mat_element(5, little_word(4)) +
+           mat_element(1, field + std::string(4 - field.size(), '\0')) + mat_element(14, value);
+  };
+  const std::string number = array_head(kDoubles, {1, 1}, "") + mat_element(9, std::string(8, '\0'));
+  for (const char* field : {"f", ""}) {
+    const auto arrays = mat_arrays_of({structure_of(field, structure_of("x", number))});
+    ASSERT_EQ(arrays.size(), 1U);
+    EXPECT_EQ(arrays[0].name, field);
+    EXPECT_FALSE(arrays[0].is_read);
+    EXPECT_TRUE(mat_arrays_of({structure_of(field, number)}).at(0).is_read);
+  }
+}
+
+TEST(MatArrays, NamesOfNoLettersTakeNoMemory) {
+  EXPECT_THAT(mat_array_error(array_head(kCharacters, {(1U << 31) - 1, 0}, "names") + mat_element(4, "")),
+              HasSubstr("names: 2147483647 texts: too many"));
+}
+
 TEST(MatArrays, NamesWhatIsWrongInAnArray) {
   const std::string one = mat_element(9, std::string(8, '\0')), good = array_head(kDoubles, {1, 1}, "x");
   EXPECT_EQ(mat_array_error(good + one), "accepted");

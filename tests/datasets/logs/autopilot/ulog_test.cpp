@@ -229,6 +229,9 @@ TEST(Ulog, AnErrorNamesTheByte) {
   UlogWriter unknown;
   unknown.data(77, "");
   fails_with(unknown.bytes(), "data of topic 77 that nobody announced");
+  UlogWriter plain;
+  plain.subscribe(1, 0, "float");
+  fails_with(plain.bytes(), "topic 'float' is no message");
   UlogWriter nested;
   nested.format("a:a inner;");
   nested.subscribe(1, 0, "a");

@@ -89,6 +89,14 @@ TEST_F(Ros2Sqlite, a_message_of_a_topic_that_is_not_there_is_named) {
   expect_error("log.db3: message 17 is of a topic that is not there");
 }
 
+TEST_F(Ros2Sqlite, a_view_without_an_end_is_refused) {
+  write(
+      "CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT);"
+      "CREATE VIEW messages AS WITH RECURSIVE r(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM r) "
+      "SELECT id, id AS topic_id, id AS timestamp, x'00' AS data FROM r;");
+  expect_error("messages is a view");
+}
+
 TEST_F(Ros2Sqlite, what_is_no_bag_says_what_a_bag_has) {
   const std::string has = "(a bag of ROS 2 has tables topics and messages)";
   expect_error("there is no such file");
