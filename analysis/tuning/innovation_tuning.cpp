@@ -97,11 +97,8 @@ GainError gain_error(const WhitenessTest& whiteness) {
 std::string what_comes_first(const SensorRecord& record, const InnovationTests& tests, double confidence) {
   constexpr std::size_t kMean = 3;  // of InnovationTests::adjusted_p_value
   if (record.unwrapped > 0) return unwrapped_text(record.unwrapped);
-  if (std::ranges::all_of(record.runs, [](const RecordedInnovations& run) {
-        return std::ranges::all_of(run.nis, [](double nis) { return nis == 0.0; });
-      })) {
+  if (tests.nis.mean == 0.0)
     return "every innovation is exactly zero: a sensor that is off is not to be logged";
-  }
   std::string turned = turns_text(record.name, record.turns);
   if (!turned.empty()) return turned;
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";

@@ -282,13 +282,15 @@ void leave_zeros_open(Judgement& j) {
 void leave_certain_open(const Evidence& e, Judgement& j) {
   const bool judged = j.nees.count > 0 || j.nis.count > 0;
   if (is_unsafe(j.word.verdict) || (judged && j.word.verdict == Verdict::undecided)) return;
-  const std::int64_t rows = e.wrongly_certain_rows();
-  if (static_cast<double>(rows) <= kMostLost * static_cast<double>(e.rows)) return;
   std::vector<std::string> states;
-  for (const auto& [state, of_state] : e.wrongly_certain) states.push_back(state);
+  for (const auto& [state, rows] : e.wrongly_certain) {
+    if (static_cast<double>(rows.count) > kMostLost * static_cast<double>(e.rows)) states.push_back(state);
+  }
+  if (states.empty()) return;
   leave_word_open(
-      fmt::format("{} in {} of {} rows where P claims certainty (variance 0){}",
-                  first_items(states, 6) + (states.size() == 1 ? " errs" : " err"), rows, e.rows,
+      fmt::format("{} {} of {} rows where P claims certainty (variance 0){}",
+                  first_items(states, 6) + (states.size() == 1 ? " errs in" : " err in up to"),
+                  e.wrongly_certain_rows(), e.rows,
                   judged ? fmt::format("; what else is judged is {}", to_string(j.word.verdict)) : ""),
       j);
 }

@@ -32,13 +32,13 @@ DirectedPValues bound_p_values(const SkewedMoments& moments, double expected, do
   return {.optimistic = tails.upper, .pessimistic = tails.lower};
 }
 
-// Of runs that are all equal, or as good as that, their mean is what they say; m2 to the power of 1.5 is a
-// number.
+// All equal, or as good as that: of others m2 to the power of 1.5 is a number.
 bool are_equal(const SkewedMoments& moments, double expected) {
   constexpr double kEqual = 1e-60;
   return moments.m2 <= kEqual * expected * expected;
 }
 
+// Their mean is what they say.
 DirectedPValues equal_runs_p_values(double mean, double expected) {
   return {.optimistic = mean > expected ? 0.0 : 1.0, .pessimistic = mean < expected ? 0.0 : 1.0};
 }

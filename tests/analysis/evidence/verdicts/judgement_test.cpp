@@ -1,6 +1,7 @@
 #include "analysis/evidence/verdicts/judgement.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -263,6 +264,17 @@ TEST(Judgement, AStateThatErrsWhereItIsKnownLeavesTheAnswerOpenAndTheRestJudged)
   EXPECT_EQ(open.nees.reason,
             "bias errs in 397 of 400 rows where P claims certainty (variance 0); what else is judged is "
             "consistent");
+  const auto two = [](Step& row, int run) {
+    for (const Index i : {Index{0}, Index{2}, Index{3}}) {
+      if (i == 0 && (run > 0 || row.step > 3)) continue;  // in too few rows to be named
+      row.error[i] = i == 2 && row.step > 5 ? 0.0 : 0.1;
+      row.P.row(i).setZero();
+      row.P.col(i).setZero();
+    }
+  };
+  EXPECT_THAT(
+      judge(logs_of(40, 10, 0.0, 1.0, two)).nees.reason,
+      testing::StartsWith("bias, vehicle.heading err in up to 400 of 400 rows where P claims certainty"));
   EXPECT_EQ(judge(logs_of(40, 10, 0.0, 1.0, height(2.0))).word.verdict, Verdict::optimistic);
   const auto first_row = [](Step& row, int run) {
     if (run > 0 || row.step > 1) return;
