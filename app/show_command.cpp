@@ -10,8 +10,6 @@
 #include "app/interrupt.h"
 #include "app/study_runner.h"
 #include "app/tell.h"
-#include "montecarlo/engine/engine.h"
-#include "montecarlo/engine/result_store.h"
 #include "reports/document/report_index.h"
 #include "reports/document/study/study_json.h"
 #include "reports/document/study/study_report.h"
@@ -23,34 +21,6 @@ namespace {
 struct StoredOptions : CommonOptions {
   std::string directory;
 };
-
-/// Runs that are stored and not judged, as runs before them are missing.
-struct RunsBehindGaps {
-  std::int64_t count = 0, first_missing = 0, last_missing = -1;  ///< of the first gap
-
-  void add(const ChunkKey& chunk, std::int64_t judged) {
-    if (count == 0) first_missing = judged, last_missing = chunk.first_run - 1;
-    count += chunk.runs;
-  }
-};
-
-RunsBehindGaps runs_behind_gaps(const StoredStudy& study) {
-  const ResultStore store = ResultStore::open_to_read(study.directory);
-  RunsBehindGaps behind;
-  for (std::size_t i = 0; i < study.results.size(); ++i) {
-    const StudyResult& result = study.results[i].result;
-    const std::int64_t judged = result.statistics.runs;
-    const std::int64_t asked = study.configurations[i].scenario.most_runs();
-    if (result.complete) continue;
-    for (const ChunkKey& chunk : store.chunks(study.configurations[i].id)) {
-      // A study may have been run with fewer or more runs.
-      if (chunk.first_run < judged || chunk.runs != std::min(kChunkRuns, asked - chunk.first_run)) continue;
-      if (chunk.first_run == judged) break;  // it has come meanwhile
-      behind.add(chunk, judged);
-    }
-  }
-  return behind;
-}
 
 /// "640 of 5000 runs are stored, and process 4711 goes on with them."
 std::string progress_sentence(const StoredStudy& study) {

@@ -21,9 +21,14 @@ function(credence_units target size)
   endif()
 endfunction()
 
-# credence_optimised_little(target): of a target that computes little itself; a sixth of its compilation.
+# credence_optimised_little(target): of a target that computes little itself; a sixth of its compilation, and of clang,
+# which inlines at -O1 as at -O3 unless told otherwise, more than a third.
 function(credence_optimised_little target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    target_compile_options(${target} PRIVATE "SHELL:$<$<CONFIG:Release>:-mllvm -inline-threshold=25>"
+                                             "SHELL:$<$<CONFIG:Release>:-mllvm -inlinehint-threshold=25>")
+  endif()
 endfunction()
 
 # credence_precompiled(library ...): cmake/precompiled/library.h, compiled with the flags of the named libraries.

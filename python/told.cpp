@@ -58,7 +58,7 @@ Told load_stored(const std::filesystem::path& directory, const PlayOptions& opti
     std::vector<StudyAnalysis> analyses = analyse(study);
     return told_sweep(std::move(study.plan), std::move(analyses));
   }
-  if (study.runs() == 0) throw StoreError(directory.string() + ": no runs are stored yet");
+  require_runs(study);
   return tell(judge_played(study.configurations.front(), std::move(study.results.front()),
                            engine_options(options.threads, options.stop, options.progress)));
 }

@@ -59,9 +59,33 @@ StoredStudy read_study(const fs::path& directory) {
   return study;
 }
 
+RunsBehindGaps runs_behind_gaps(const StoredStudy& study) {
+  const ResultStore store = ResultStore::open_to_read(study.directory);
+  RunsBehindGaps behind;
+  for (std::size_t i = 0; i < study.results.size(); ++i) {
+    const StudyResult& result = study.results[i].result;
+    const std::int64_t judged = result.statistics.runs;
+    const std::int64_t asked = study.configurations[i].scenario.most_runs();
+    if (result.complete) continue;
+    for (const ChunkKey& chunk : store.chunks(study.configurations[i].id)) {
+      // A study may have been run with fewer or more runs.
+      if (chunk.first_run < judged || chunk.runs != std::min(kChunkRuns, asked - chunk.first_run)) continue;
+      if (chunk.first_run == judged) break;  // it has come meanwhile
+      behind.add(chunk, judged);
+    }
+  }
+  return behind;
+}
+
 void require_runs(const StoredStudy& study) {
-  if (study.runs() == 0)
-    throw std::invalid_argument(fmt::format("{}: no runs are stored yet", study.directory.string()));
+  if (study.runs() > 0) return;
+  const std::string where = study.directory.string();
+  const RunsBehindGaps behind = runs_behind_gaps(study);
+  if (behind.count == 0) throw StoreError(where + ": no runs are stored yet");
+  throw StoreError(fmt::format(
+      "{}: none of the {} runs that are stored can be judged yet, as {} before them are missing", where,
+      behind.count,
+      study.is_sweep() ? "others" : fmt::format("runs {} to {}", behind.first_missing, behind.last_missing)));
 }
 
 std::vector<StudyAnalysis> analyse(const StoredStudy& study) {

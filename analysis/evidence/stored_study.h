@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/evidence/configuration.h"
+#include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/sweep_plan.h"
 
 namespace credence::internal {
@@ -33,7 +34,18 @@ std::vector<std::filesystem::path> study_directories(const std::filesystem::path
 /// Reads one. Throws StoreError and ScenarioError.
 StoredStudy read_study(const std::filesystem::path& directory);
 
-/// Throws std::invalid_argument where no runs are stored yet.
+/// Runs that are stored and not judged, as runs before them are missing.
+struct RunsBehindGaps {
+  std::int64_t count = 0, first_missing = 0, last_missing = -1;  ///< of the first gap
+
+  void add(const ChunkKey& chunk, std::int64_t judged) {
+    if (count == 0) first_missing = judged, last_missing = chunk.first_run - 1;
+    count += chunk.runs;
+  }
+};
+RunsBehindGaps runs_behind_gaps(const StoredStudy& study);
+
+/// Throws StoreError where there is nothing to judge: no runs are stored yet, or not the first ones.
 void require_runs(const StoredStudy& study);
 
 /// Judges those of its configurations that have runs; as `sweep` does, by NEES, NIS and the pose.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
@@ -128,6 +129,7 @@ std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
         expected_square(step.S, symmetrised(model.H * prior * model.H.transpose() + model.R));
     now.nis = nis.value;
     now.nis_dof = nis.dof;
+    if (!std::isfinite(now.nees) || !std::isfinite(now.nis)) break;
     moments.push_back(std::move(now));
   }
   return moments;

@@ -15,8 +15,7 @@ namespace credence::internal {
 namespace {
 
 constexpr std::size_t kWidest = 8;
-constexpr std::int64_t kKeyRow = 16;
-constexpr std::size_t kKeyRows = 8;  // kept up to the key's
+constexpr std::size_t kKeyRows = 8;  // up to row 16
 
 /// 1, 2, 3, 4, 6, 8, 12, 16, …
 bool is_kept(std::int64_t row) {
@@ -48,11 +47,11 @@ void RoundedCopies::append(RoundedCopies later) { std::ranges::move(later.runs_,
 
 bool RoundedCopies::alike(const Run& a, const Run& b, Pair& pair) const {
   constexpr double kRounding = 1.0 / 50.0, kVaries = 1.0 / 5.0;
-  constexpr int kFewest = 12;
+  constexpr double kByChance = 1e-12;
   const std::size_t width = a.width, rows = std::min(a.numbers.size(), b.numbers.size()) / width;
   const std::vector<double> size = sizes(a.numbers, width, rows);
   std::size_t good = 0, moving = 0;
-  int varied = 0;
+  double chance = 1.0;
   pair.rows = std::min(a.rows, b.rows);
   pair.largest = 0.0;
   for (std::size_t c = 0; c < width; ++c) {
@@ -67,10 +66,15 @@ bool RoundedCopies::alike(const Run& a, const Run& b, Pair& pair) const {
     }
     if (largest > kRounding * size[c]) continue;
     ++good;
-    varied += varies;
+    std::size_t agree = 0;  // in different rows
+    for (std::size_t i = c; i < rows * width; i += width) {
+      for (std::size_t j = c; j < rows * width; j += width)
+        agree += i != j && std::abs(a.numbers[i] - b.numbers[j]) <= kRounding * size[c] ? 1 : 0;
+    }
+    chance *= std::pow(static_cast<double>(agree + 1) / static_cast<double>(rows * (rows - 1) + 1), varies);
     pair.largest = std::max(pair.largest, largest / size[c]);
   }
-  return 2 * good >= moving && varied >= kFewest;
+  return 2 * good >= moving && chance <= kByChance;
 }
 
 bool RoundedCopies::is_combination(std::size_t number, std::size_t twin) const {
@@ -81,11 +85,14 @@ bool RoundedCopies::is_combination(std::size_t number, std::size_t twin) const {
   std::size_t count = run.numbers.size();
   Pair unused;
   const std::size_t stride = std::max<std::size_t>(1, runs_.size() / (2 * kOthers));
-  for (std::size_t i = 0; i < runs_.size() && others.size() < kOthers; i += stride) {
+  const std::size_t most = std::min(kOthers, count / 2);
+  for (std::size_t i = 0; i < runs_.size() && others.size() < most; i += stride) {
     const Run& other = runs_[i];
-    if (i == number || i == twin || other.width != run.width || other.rows < kKeyRow ||
-        alike(run, other, unused))
+    if (i == number || i == twin || other.width != run.width ||
+        other.numbers.size() < std::min(run.numbers.size(), kKeyRows * run.width) ||
+        alike(run, other, unused)) {
       continue;
+    }
     others.push_back(&other);
     count = std::min(count, other.numbers.size());
   }
@@ -109,21 +116,28 @@ bool RoundedCopies::is_combination(std::size_t number, std::size_t twin) const {
 
 std::vector<RoundedCopies::Pair> RoundedCopies::pairs() const {
   constexpr std::size_t kNeighbours = 32;
-  std::vector<std::pair<double, std::size_t>> keys;
+  struct Key {
+    std::size_t rows;  ///< kept, of which the value is of the last
+    double value;
+    std::size_t run;
+    auto operator<=>(const Key&) const = default;
+  };
+  std::vector<Key> keys;
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const Run& run = runs_[r];
-    if (run.rows < kKeyRow || run.width == 0) continue;
-    const double key = run.numbers[(kKeyRows - 1) * run.width];
-    if (std::isfinite(key)) keys.emplace_back(key, r);
+    if (run.width == 0) continue;
+    const std::size_t rows = std::min(kKeyRows, run.numbers.size() / run.width);
+    const double value = run.numbers[(rows - 1) * run.width];
+    if (std::isfinite(value)) keys.push_back({rows, value, r});
   }
   std::ranges::sort(keys);
   std::vector<Pair> found;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     for (std::size_t j = i + 1; j < std::min(keys.size(), i + 1 + kNeighbours); ++j) {
-      const auto [first, later] = std::minmax(keys[i].second, keys[j].second);
+      const auto [first, later] = std::minmax(keys[i].run, keys[j].run);
       Pair pair{.run = later, .other = first};
-      if (runs_[first].width != runs_[later].width || !alike(runs_[first], runs_[later], pair) ||
-          is_combination(later, first)) {
+      if (runs_[first].width != runs_[later].width || keys[i].rows != keys[j].rows ||
+          !alike(runs_[first], runs_[later], pair) || is_combination(later, first)) {
         continue;
       }
       found.push_back(pair);

@@ -23,11 +23,13 @@ struct CopiedRuns {
 ///
 /// Of every run some rows are kept (the 1st, 2nd, 3rd, 4th, 6th, 8th, 12th, …), at most eight numbers of
 /// each. Two runs are alike where in every row they share each number of at least half of the components, and
-/// of all that vary, is the same to a fiftieth of the size of its component, and twelve of these vary from
-/// row to row by more than a fifth of it. Independent runs with noise of their own agree so by less than
-/// 50⁻¹² each pair. Those without, whose errors are all made by what they start with, may agree in a few
-/// random numbers: so runs are left out whose numbers are a linear combination of those of up to six others,
-/// which is none of theirs with noise. Each run is compared with at most 32 neighbours of its 16th row.
+/// of all that vary, is the same to a fiftieth of the size of its component, which by chance would be so with
+/// less than 1e-12: the share of numbers of different rows that are the same, to the power of those that
+/// differ from the row before by more than a fifth of that size. Runs without noise of their own, whose
+/// errors are all made by what they start with, may agree in a few random numbers: so runs are left out whose
+/// numbers are a linear combination of those of up to six others, which is none of theirs with noise. Each
+/// run is compared with at most 32 neighbours of its 16th row, those of fewer rows with those of as many by
+/// their last kept one.
 class RoundedCopies {
  public:
   void begin_run() { runs_.emplace_back(); }

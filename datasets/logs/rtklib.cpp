@@ -6,7 +6,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -19,6 +18,7 @@
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/trajectory_errors.h"
+#include "datasets/logs/truth_rows.h"
 
 namespace credence::internal {
 namespace {
@@ -158,23 +158,15 @@ class SolutionReader {
 /// The truth at a time; a survey point holds for all times.
 std::optional<GnssFix> truth_fix(const GnssSolution& truth, double time_s,
                                  const TrajectoryMatching& matching) {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  const double limit_s = matching.max_time_difference_s;
   if (truth.fixes.size() == 1) return truth.fixes.front();
-  const auto after = std::ranges::lower_bound(truth.fixes, time_s, {}, &GnssFix::time_s);
-  const double to_after = after != truth.fixes.end() ? after->time_s - time_s : kNone;
-  const double to_before = after != truth.fixes.begin() ? time_s - std::prev(after)->time_s : kNone;
-  const double nearest = std::min(to_before, to_after);
-  if (nearest <= kSameTime_s || matching.truth_time == TruthTime::nearest) {
-    if (nearest > limit_s) return std::nullopt;
-    return to_before < to_after ? *std::prev(after) : *after;
-  }
-  if (std::max(to_before, to_after) > limit_s) return std::nullopt;
-  GnssFix between = *std::prev(after);
-  const double share = to_before / (to_before + to_after);
+  const std::optional<TruthRows> rows = truth_rows(truth.fixes, time_s, matching, &GnssFix::time_s);
+  if (!rows) return std::nullopt;
+  GnssFix between = truth.fixes[rows->row];
+  if (rows->share == 0.0) return between;
+  const GnssFix& after = truth.fixes[rows->row + 1];
   between.time_s = time_s;
-  between.earth_fixed += share * (after->earth_fixed - between.earth_fixed);
-  between.covariance += share * (after->covariance - between.covariance);
+  between.earth_fixed += rows->share * (after.earth_fixed - between.earth_fixed);
+  between.covariance += rows->share * (after.covariance - between.covariance);
   return between;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -106,8 +107,8 @@ class CommonErrors {
     each([&](std::size_t f) { files_[f].emplace(files[f], matching); });
   }
 
-  /// eᵀ P⁻¹ e of all rows at the grid's times, of some 256 rows of each file.
-  std::vector<Moments> on_grid(std::span<const double> taus) {
+  /// The costs at the grid's times, of some 256 rows of each file.
+  std::vector<double> on_grid(std::span<const double> taus) {
     constexpr std::size_t kOnGrid = 256;
     std::vector<std::vector<Moments>> of_file(files_.size(), std::vector<Moments>(taus.size()));
     asked_ = 0;
@@ -120,7 +121,9 @@ class CommonErrors {
     for (const auto& file : of_file) {
       for (std::size_t i = 0; i < taus.size(); ++i) all[i].merge(file[i]);
     }
-    return all;
+    std::vector<double> costs;
+    for (const Moments& nees : all) costs.push_back(cost(nees));
+    return costs;
   }
 
   Moments nees(double tau) {
@@ -162,28 +165,6 @@ class CommonErrors {
   std::vector<std::optional<OffsetErrors>> files_;
   std::int64_t asked_ = 0;  ///< rows
 };
-
-/// Where the cost is least, on a grid and then between its points; NaN at the ends of the range.
-double least_cost(CommonErrors& errors) {
-  constexpr int kGrid = 50;  // points on each side
-  constexpr double kStep = kFarthest_s / kGrid;
-  std::vector<double> taus;
-  for (int i = -kGrid; i <= kGrid; ++i) taus.push_back(i * kStep);
-  int best = -kGrid;
-  double least = std::numeric_limits<double>::infinity();
-  const std::vector<Moments> nees = errors.on_grid(taus);
-  for (std::size_t i = 0; i < nees.size(); ++i) {
-    if (const double cost = errors.cost(nees[i]); cost < least) {
-      least = cost;
-      best = static_cast<int>(i) - kGrid;
-    }
-  }
-  if (std::abs(best) == kGrid) return kNaN;
-  constexpr int kBits = 24;
-  return boost::math::tools::brent_find_minima([&](double tau) { return errors.cost(errors.nees(tau)); },
-                                               (best - 1) * kStep, (best + 1) * kStep, kBits)
-      .first;
-}
 
 /// Why no time can be found in a truth of these times: most moments between two of them have one within the
 /// limit on one side alone, so that nothing is compared there. "" where there is no such reason.
@@ -277,6 +258,26 @@ std::string time_offset_text(const TimeOffset& offset) {
 
 }  // namespace
 
+double time_of_least_cost(const std::function<std::vector<double>(std::span<const double> times_s)>& on_grid,
+                          const std::function<double(double time_s)>& cost) {
+  constexpr int kGrid = 50;  // points on each side
+  constexpr double kStep = kFarthest_s / kGrid;
+  std::vector<double> times_s;
+  for (int i = -kGrid; i <= kGrid; ++i) times_s.push_back(i * kStep);
+  int best = -kGrid;
+  double least = std::numeric_limits<double>::infinity();
+  const std::vector<double> costs = on_grid(times_s);
+  for (std::size_t i = 0; i < costs.size(); ++i) {
+    if (costs[i] < least) {
+      least = costs[i];
+      best = static_cast<int>(i) - kGrid;
+    }
+  }
+  if (std::abs(best) == kGrid) return kNaN;
+  constexpr int kBits = 24;
+  return boost::math::tools::brent_find_minima(cost, (best - 1) * kStep, (best + 1) * kStep, kBits).first;
+}
+
 TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const TrajectoryMatching& matching,
                             int threads) {
   TimeOffset offset{.estimated = true, .files = std::ssize(files)};
@@ -285,7 +286,9 @@ TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const Traject
     if (!offset.reason.empty()) return offset;
   }
   CommonErrors errors(files, matching, threads);
-  offset.value_s = least_cost(errors);
+  offset.value_s =
+      time_of_least_cost([&](std::span<const double> times_s) { return errors.on_grid(times_s); },
+                         [&](double time_s) { return errors.cost(errors.nees(time_s)); });
   if (std::isnan(offset.value_s)) {
     offset.reason = fmt::format("no time within {:g} s fits better than those beyond", kFarthest_s);
     return offset;

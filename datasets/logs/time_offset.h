@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <span>
+#include <vector>
 
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/pose_facts.h"
@@ -24,6 +26,11 @@ namespace credence::internal {
 /// as a wrong lever arm makes it. The same value for any number of threads.
 TimeOffset find_time_offset(std::span<const PosesWithTruth> files, const TrajectoryMatching& matching,
                             int threads = 1);
+
+/// The time within ± 1 s at which `cost` is least: on a grid, whose costs `on_grid` gives, and then between
+/// its points. NaN where it is at an end of the grid, or infinite all over.
+double time_of_least_cost(const std::function<std::vector<double>(std::span<const double> times_s)>& on_grid,
+                          const std::function<double(double time_s)>& cost);
 
 /// What the one offset makes of the truth of the files: nothing that shows where it took at most a tenth of
 /// Σ eᵀP⁻¹e away at both ends of its interval; and it is not known where the files do not have one (at 1e-4,

@@ -15,6 +15,7 @@
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/truth_gaps.h"
 #include "datasets/logs/truth_placement.h"
+#include "datasets/logs/truth_rows.h"
 
 namespace credence {
 
@@ -97,33 +98,18 @@ Eigen::Isometry3d align_in_space(const std::vector<SpatialPose>& truth,
   return motion;
 }
 
-UncertainPose interpolated(const UncertainPose& a, const UncertainPose& b, double share) {
-  return {pose_between(a.pose, b.pose, share), (1.0 - share) * a.covariance + share * b.covariance};
-}
-
 std::optional<UncertainPose> truth_as_written(const Trajectory& truth, double time_s,
                                               const TrajectoryMatching& matching) {
-  const auto begin = truth.time_s.begin(), end = truth.time_s.end();
-  const auto after = std::lower_bound(begin, end, time_s);
-  const auto pose = [&](auto place) {
-    const auto i = static_cast<std::size_t>(place - begin);
-    return UncertainPose{truth.poses[i],
-                         truth.covariances.empty() ? PoseCovariance::Zero() : truth.covariances[i]};
+  const std::optional<TruthRows> rows = truth_rows(truth.time_s, time_s, matching);
+  if (!rows) return std::nullopt;
+  const auto covariance = [&](std::size_t i) {
+    return truth.covariances.empty() ? PoseCovariance::Zero().eval() : truth.covariances[i];
   };
-  const double limit = matching.max_time_difference_s;
-  if (after != end && *after - time_s <= kSameTime_s) return pose(after);
-  if (after != begin && time_s - *(after - 1) <= kSameTime_s) return pose(after - 1);
-  const bool has_before = after != begin && time_s - *(after - 1) <= limit;
-  const bool has_after = after != end && *after - time_s <= limit;
-  if (matching.truth_time == TruthTime::nearest) {
-    if (!has_before && !has_after) return std::nullopt;
-    if (has_before && has_after)
-      return time_s - *(after - 1) <= *after - time_s ? pose(after - 1) : pose(after);
-    return has_before ? pose(after - 1) : pose(after);
-  }
-  if (!has_before || !has_after) return std::nullopt;
-  const double share = (time_s - *(after - 1)) / (*after - *(after - 1));
-  return interpolated(pose(after - 1), pose(after), share);
+  const std::size_t i = rows->row;
+  const double share = rows->share;
+  if (share == 0.0) return UncertainPose{truth.poses[i], covariance(i)};
+  return UncertainPose{pose_between(truth.poses[i], truth.poses[i + 1], share),
+                       (1.0 - share) * covariance(i) + share * covariance(i + 1)};
 }
 
 RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joint_covariance) {
@@ -203,9 +189,8 @@ TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatchi
       placement_(std::move(placement)),
       turn_(placement_.motion.linear()),
       layout_(layout_of(axes.orientation, truth.has_orientation, joint_covariance)),
-      components_(axes.orientation == OrientationError::planar ? std::vector<Index>{0, 1, 5}
-                                                               : std::vector<Index>{0, 1, 2, 3, 4, 5}) {
-  components_.resize(layout_.states.size());
+      components_(estimated_components(axes).begin(), estimated_components(axes).end()) {
+  components_.resize(layout_.states.size());  // without those of the orientation where the truth has none
 }
 
 std::optional<UncertainPose> TruthComparison::truth_at(double time_s, const TruthDeviation& deviation) const {

@@ -148,8 +148,7 @@ double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::siz
   for (std::size_t k = first; k < last; ++k) {
     if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
   }
-  const boost::math::normal law;
-  return 2.0 * cdf(complement(law, std::abs(excess_of_steps(nis, first, last)) * std::sqrt(0.5 * dof)));
+  return std::erfc(0.5 * std::abs(excess_of_steps(nis, first, last)) * std::sqrt(dof));
 }
 
 bool noise_lasts(const Findings& findings) {

@@ -12,17 +12,25 @@
 namespace credence::internal {
 namespace {
 
-// Student's t of every component, Bonferroni over them; NaN where one never varies.
+constexpr double kFewest = 10.0;
+
+// Student's t of every component, Bonferroni over them. One that is always zero tells nothing. The mean of
+// one that never varies is certain of many values; few may be the same as they are rounded, which is NaN.
 double p_value_of_components(const VectorMoments& moments) {
   const auto n = static_cast<double>(moments.count);
-  double least = 1.0;
+  double least = kNaN;
   for (Index i = 0; i < moments.mean.size(); ++i) {
     const double variance = moments.scatter(i, i) / (n - 1.0);
-    if (!(variance > 0.0)) return kNaN;
-    const double t = moments.mean[i] / std::sqrt(variance / n);
-    least = std::min(least, student_two_sided_p_value(t, n - 1.0));
+    if (variance > 0.0) {
+      const double t = moments.mean[i] / std::sqrt(variance / n);
+      least = std::fmin(least, student_two_sided_p_value(t, n - 1.0));
+    } else if (n < kFewest) {
+      return kNaN;
+    } else if (moments.mean[i] != 0.0) {
+      least = 0.0;
+    }
   }
-  return std::min(1.0, static_cast<double>(moments.mean.size()) * least);
+  return std::isnan(least) ? kNaN : std::min(1.0, static_cast<double>(moments.mean.size()) * least);
 }
 
 // Of few values: the components, and the direction in which they are largest, at half the level each.
@@ -41,7 +49,6 @@ double p_value_of_few(const VectorMoments& moments) {
 }  // namespace
 
 ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
-  constexpr double kFewest = 10.0;
   ZeroMeanTest result;
   result.count = moments.count;
   result.mean = moments.mean;
@@ -56,14 +63,10 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
     result.reason = "a value is not finite";
     return result;
   }
-  if (m > 1.0 && (n <= m || n < kFewest)) {
-    result.p_value = n < kFewest ? p_value_of_few(moments) : p_value_of_components(moments);
-    if (std::isnan(result.p_value)) result.reason = "a component has no variance";
-    return result;
-  }
   const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
-  if (factor.info() != Eigen::Success) {
-    result.reason = "the covariance of the values is singular";
+  if ((m > 1.0 && (n <= m || n < kFewest)) || factor.info() != Eigen::Success) {
+    result.p_value = m > 1.0 && n < kFewest ? p_value_of_few(moments) : p_value_of_components(moments);
+    if (std::isnan(result.p_value)) result.reason = "the values do not vary";
     return result;
   }
   result.t_square = n * (n - 1.0) * moments.mean.dot(factor.solve(moments.mean));

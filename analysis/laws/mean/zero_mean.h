@@ -21,11 +21,12 @@ struct ZeroMeanTest {
 /// model. Assumed: Gaussian and white; where whiteness fails, as in errors, add the mean of each run instead
 /// of each value.
 ///
-/// Of ten values or more that are no more than their components p_value is that of Student's t of each of
-/// these, Bonferroni over them, and t_square NaN. Of two to nine values of several components half the level
-/// is that of these t, and half that of the t of wᵀu, w the eigenvector of Σ u uᵀ, not centred, with the
-/// largest eigenvalue: as w depends on that sum alone, it is Student's for Gaussian u of mean zero, exactly,
-/// however many components there are [Läuter 1998].
+/// Of ten values or more that are no more than their components, or whose covariance is singular, p_value is
+/// that of Student's t of each of these, Bonferroni over them, and t_square NaN; 0 where one is always the
+/// same and not zero. Of two to nine values of several components half the level is that of these t, and half
+/// that of the t of wᵀu, w the eigenvector of Σ u uᵀ, not centred, with the largest eigenvalue: as w depends
+/// on that sum alone, it is Student's for Gaussian u of mean zero, exactly, however many components there are
+/// [Läuter 1998].
 ZeroMeanTest test_zero_mean(const VectorMoments& moments);
 
 }  // namespace credence::internal

@@ -7,6 +7,7 @@
 #include <bit>
 #include <iterator>
 #include <optional>
+#include <set>
 
 #include "core/utf8.h"
 #include "datasets/logs/arrays/array_log.h"
@@ -122,10 +123,22 @@ class MatReader {
       variable(type, file_.cursor(at + 8, size, "a variable", order), at, order);
       at += 8 + std::uint64_t{size};
     }
+    require_distinct_names();
     return std::move(arrays_);
   }
 
  private:
+  /// Which of two is meant nobody can tell.
+  void require_distinct_names() const {
+    std::set<std::string_view> names;
+    for (const MatArray& array : arrays_) {
+      if (!wanted_(array.name) || names.insert(array.name).second) continue;
+      file_.fail(0,
+                 fmt::format("{} is there twice, as a variable or a field of a structure: save one of them",
+                             array.name));
+    }
+  }
+
   std::endian read_header() {
     constexpr std::uint64_t kVersion4Header = 20;
     if (file_.size() >= kVersion4Header && file_.size() < kMatHeader) file_.fail(0, kNotVersion5);

@@ -6,36 +6,31 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "core/append_item.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 #include "datasets/logs/conventions/thinned.h"
+#include "datasets/logs/conventions/time_readings.h"
 
 namespace credence::internal {
 namespace {
 
-const std::vector<std::vector<Index>> kPoseParts = {{0, 1, 2}, {3, 4, 5}};
-
-/// Mean NEES of the samples; NaN where a P is not positive definite.
-template <class Read>
-double mean_nees(const std::vector<PoseSample>& samples, Read read) {
-  double sum = 0.0;
-  PoseError error;
-  PoseCovariance P;
-  for (const PoseSample& sample : samples) {
-    read(sample, error, P);
-    const Eigen::LLT<PoseCovariance> factor(P);
-    if (factor.info() != Eigen::Success) return kNaN;
-    sum += factor.matrixL().solve(error).squaredNorm();
-  }
-  return sum / static_cast<double>(samples.size());
+/// Position and rotation, as places in the components; a heading is tested as a component.
+std::vector<std::vector<Index>> parts_of(const PoseChart& chart) {
+  if (chart.axes.orientation == OrientationError::planar) return {{0, 1}};
+  return {{0, 1, 2}, {3, 4, 5}};
 }
 
 }  // namespace
 
+bool ConventionCheck::takes(std::span<const Index> estimated) const {
+  return std::ranges::includes(estimated, components());
+}
+
 void ConventionCheck::add(const PoseEstimate& estimate, const UncertainPose& truth) {
-  if (declared_.axes.orientation == OrientationError::planar) return;
   if (seen_ == 0) first_s_ = estimate.time_s;
   last_s_ = estimate.time_s;
   if (!keep_thinned(samples_, stride_, seen_)) return;
@@ -48,12 +43,11 @@ void ConventionCheck::add(const PoseEstimate& estimate, const UncertainPose& tru
 }
 
 void ConventionCheck::tell(const TruthComparison& truth, LogSink& sink) const {
-  if (samples_.empty()) return sink.charts({.declared = std::string(declared_.name)});
   ChartFindings findings = charts();
   if (std::string text = charts_text(findings); !text.empty()) sink.remark(std::move(text));
   sink.charts(std::move(findings));
   if (samples_.size() < kFewestForReading) return;
-  const ReadingFit declared = fit({"", "", declared_});
+  const ReadingFit declared = fit({.reading = {"", "", declared_}});
   if (!declared.misfits()) return;
   std::string text = mistakes(declared, truth);
   if (text.empty()) return sink.unexplained();
@@ -64,44 +58,53 @@ double ConventionCheck::spacing() const {
   return (last_s_ - first_s_) / static_cast<double>(std::max<std::size_t>(1, seen_ - 1));
 }
 
-ReadingRow ConventionCheck::rows_of(const PoseReading& reading) const {
-  return [this, &reading](std::size_t i, Vector& e, Matrix& C) {
+ReadingRow ConventionCheck::rows_of(const Candidate& candidate) const {
+  return [this, &candidate](std::size_t i, Vector& e, Matrix& C) {
     PoseError error;
     PoseCovariance P;
-    if (!reading.read(samples_[i], error, P)) return false;
-    e = error;
-    C = P;
+    if (!candidate.reading.read(samples_of(candidate)[i], error, P)) return false;
+    e = error(components());
+    C = P(components(), components());
     return true;
   };
 }
 
-ReadingFit ConventionCheck::fit(const PoseReading& reading) const {
-  return fit_reading(samples_.size(), 6, kPoseParts, rows_of(reading));
+ReadingFit ConventionCheck::fit(const Candidate& candidate) const {
+  return fit_reading(samples_of(candidate).size(), dim(), parts_of(declared_), rows_of(candidate));
+}
+
+std::optional<ReadingFit> ConventionCheck::fitting(const Candidate& candidate) const {
+  return fitting_reading(samples_of(candidate).size(), dim(), parts_of(declared_), rows_of(candidate));
 }
 
 ChartFindings ConventionCheck::charts() const {
-  ChartFindings findings{.declared = std::string(declared_.name), .rows = std::ssize(samples_)};
+  ChartFindings findings{.declared = std::string(declared_.name)};
+  if (samples_.empty() || declared_.axes.orientation == OrientationError::planar) return findings;
+  findings.rows = std::ssize(samples_);
   for (const PoseChart& chart : pose_charts()) {
     if (chart.axes.orientation == OrientationError::planar) continue;
     const PoseReading reading{"", "", chart};
     ChartNees nees{.chart = std::string(chart.name)};
-    nees.as_written = mean_nees(
-        samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) { reading.read(s, e, P); });
-    nees.carried = mean_nees(samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) {
-      const PoseCovariance J = error_change(s.estimate, s.truth, declared_.axes, chart.axes);
-      e = pose_error(s.estimate, s.truth, chart.axes);
-      P = declared_.position_first(s.written) +
-          transported(s.truth_covariance, s.truth, kFixedAxes, declared_.axes);
-      P = (J * P * J.transpose()).eval();
-    });
+    nees.as_written =
+        mean_nees(std::span(samples_), components(),
+                  [&](const PoseSample& s, PoseError& e, PoseCovariance& P) { reading.read(s, e, P); });
+    nees.carried = mean_nees(
+        std::span(samples_), components(), [&](const PoseSample& s, PoseError& e, PoseCovariance& P) {
+          const PoseCovariance J = error_change(s.estimate, s.truth, declared_.axes, chart.axes);
+          e = pose_error(s.estimate, s.truth, chart.axes);
+          P = declared_.position_first(s.written) +
+              transported(s.truth_covariance, s.truth, kFixedAxes, declared_.axes);
+          P = (J * P * J.transpose()).eval();
+        });
     if (samples_.size() >= kFewestForReading && std::isfinite(nees.as_written))
-      nees.p_value = fit(reading).p_value;
+      nees.p_value = fit({reading}).p_value;
     findings.charts.push_back(std::move(nees));
   }
   return findings;
 }
 
 std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
+  if (findings.charts.empty()) return "";
   constexpr double kDiffer = 1.1;
   std::string text;
   double least = HUGE_VAL, most = 0.0, least_carried = HUGE_VAL, most_carried = 0.0;
@@ -129,61 +132,73 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
       text, declared_.name, number_text(least_carried), number_text(most_carried));
 }
 
-std::string ConventionCheck::likely_mistake(const ReadingFit& declared, const TruthLookup& truth_at) const {
-  constexpr double kFarOff = 100.0, kNear = 4.0, kDim = 6.0;
-  if (std::isfinite(declared.nees) && declared.nees < kFarOff * kDim) return "";
-  std::optional<PoseReading> best;
+std::vector<ConventionCheck::Candidate> ConventionCheck::candidates(const TruthComparison& truth) const {
+  const TruthLookup truth_at = [&](double time_s, SpatialPose& pose) {
+    const std::optional<UncertainPose> at = truth.truth_at(time_s);
+    if (at) pose = at->pose;
+    return at.has_value();
+  };
+  std::vector<Candidate> all;
+  for (PoseReading& reading : mistaken_readings(declared_)) all.push_back({std::move(reading)});
+  for (TimeReading& other : time_readings(declared_, samples_, spacing(), truth_at))
+    all.push_back({std::move(other.reading), std::move(other.samples)});
+  return all;
+}
+
+std::string ConventionCheck::likely_mistake(const ReadingFit& declared,
+                                            std::span<const Candidate> candidates) const {
+  constexpr double kFarOff = 100.0, kNear = 4.0;
+  const auto expected = static_cast<double>(dim());
+  if (std::isfinite(declared.nees) && declared.nees < kFarOff * expected) return "";
+  const Candidate* best = nullptr;
   ReadingFit best_fit;
-  for (PoseReading& reading : mistaken_readings(declared_, spacing(), truth_at)) {
-    const ReadingFit found = fit(reading);
-    if (!(found.nees > kDim / kNear && found.nees < kDim * kNear)) continue;
-    if (best && found.log_likelihood <= best_fit.log_likelihood) continue;
-    best = std::move(reading);
+  for (const Candidate& candidate : candidates) {
+    const ReadingFit found = fit(candidate);
+    if (!(found.nees > expected / kNear && found.nees < expected * kNear)) continue;
+    if (best != nullptr && found.log_likelihood <= best_fit.log_likelihood) continue;
+    best = &candidate;
     best_fit = found;
   }
-  if (!best) return "";
+  if (best == nullptr) return "";
   return fmt::format(
       "The covariance does not fit as it is read (chart {}, {}). It nearly would if {} (mean NEES {}; "
       "{}), though errors are correlated for too long to test that. Whether it is so, the log cannot say: "
       "look at the program that wrote it.",
-      declared_.name, misfit_text(declared, 6), best->cause, number_text(best_fit.nees), best->repair);
+      declared_.name, misfit_text(declared, dim()), best->reading.cause, number_text(best_fit.nees),
+      best->reading.repair);
 }
 
 std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthComparison& truth) const {
   constexpr std::size_t kMostNamed = 3;
   // A reading so much less likely than the best is no rival: 3 in the logarithm over all samples.
   constexpr double kRival = 3.0;
-  const TruthLookup truth_at = [&](double time_s, SpatialPose& pose) {
-    const std::optional<UncertainPose> at = truth.truth_at(time_s);
-    if (at) pose = at->pose;
-    return at.has_value();
-  };
   struct Fitting {
-    PoseReading reading;
+    const PoseReading* reading;
     ReadingFit fit;
   };
-  std::vector<Fitting> fitting;
-  for (PoseReading& reading : mistaken_readings(declared_, spacing(), truth_at)) {
-    const auto found = fitting_reading(samples_.size(), 6, kPoseParts, rows_of(reading));
-    if (found) fitting.push_back({std::move(reading), *found});
+  std::vector<Fitting> fits;
+  const std::vector<Candidate> all = candidates(truth);
+  for (const Candidate& candidate : all) {
+    const std::optional<ReadingFit> found = fitting(candidate);
+    if (found) fits.push_back({&candidate.reading, *found});
   }
-  if (fitting.empty()) return likely_mistake(declared, truth_at);
-  std::ranges::stable_sort(fitting, std::greater(), [](const Fitting& f) { return f.fit.log_likelihood; });
-  const double best = fitting.front().fit.log_likelihood;
-  std::erase_if(fitting, [&](const Fitting& f) {
+  if (fits.empty()) return likely_mistake(declared, all);
+  std::ranges::stable_sort(fits, std::greater(), [](const Fitting& f) { return f.fit.log_likelihood; });
+  const double best = fits.front().fit.log_likelihood;
+  std::erase_if(fits, [&](const Fitting& f) {
     return f.fit.log_likelihood < best - kRival / static_cast<double>(samples_.size());
   });
-  if (fitting.size() > kMostNamed) fitting.resize(kMostNamed);
+  if (fits.size() > kMostNamed) fits.resize(kMostNamed);
   std::string repairs;
-  for (const auto& [reading, fit] : fitting) {
+  for (const auto& [reading, fit] : fits) {
     append_item(repairs,
-                fmt::format("{} (mean NEES {}; {})", reading.cause, number_text(fit.nees), reading.repair),
+                fmt::format("{} (mean NEES {}; {})", reading->cause, number_text(fit.nees), reading->repair),
                 ", or if ");
   }
   return fmt::format(
       "The covariance does not fit as it is read (chart {}, {}). It would fit if {}. Whether it is so, the "
       "log cannot say: look at the program that wrote it.",
-      declared_.name, misfit_text(declared, 6), repairs);
+      declared_.name, misfit_text(declared, dim()), repairs);
 }
 
 }  // namespace credence::internal

@@ -1,6 +1,7 @@
 #include "datasets/logs/conventions/pose_error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/manifold/angle.h"
@@ -57,6 +58,13 @@ Eigen::Matrix3d roll_pitch_yaw_jacobian(const Eigen::Quaterniond& R) {
 }
 
 }  // namespace
+
+std::span<const Index> estimated_components(PoseErrorAxes axes) {
+  static constexpr std::array<Index, 6> kAll = {0, 1, 2, 3, 4, 5};
+  static constexpr std::array<Index, 3> kPlanar = {0, 1, 5};
+  if (axes.orientation == OrientationError::planar) return kPlanar;
+  return kAll;
+}
 
 Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R) { return SO3(R).Log(); }
 

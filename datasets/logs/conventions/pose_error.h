@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "datasets/logs/trajectory.h"
 
 /// @file
@@ -11,6 +13,9 @@ using PoseError = Eigen::Matrix<double, 6, 1>;  ///< position, then orientation;
 
 /// ROS: position in the world, rotation about the fixed axes.
 inline constexpr PoseErrorAxes kFixedAxes{.orientation = OrientationError::world};
+
+/// The components of an error that a covariance of it is of, ascending: x, y and yaw in the plane, else all.
+std::span<const Index> estimated_components(PoseErrorAxes axes);
 
 /// The rotation vector of R (rad), R = Exp(·), of length at most π.
 Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R);

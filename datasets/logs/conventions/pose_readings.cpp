@@ -29,10 +29,13 @@ Eigen::Quaterniond scalar_first(const Eigen::Quaterniond& q) { return {q.x(), q.
 /// Signed squares: of standard deviations, and of sign(c) √|c|.
 void square(PoseCovariance& written) { written = written.cwiseProduct(written.cwiseAbs()).eval(); }
 
-bool invert(PoseCovariance& written) {
-  const Eigen::LLT<PoseCovariance> factor(written);
-  written = factor.solve(PoseCovariance::Identity());
-  return factor.info() == Eigen::Success;
+bool invert(PoseCovariance& written, std::span<const Index> components) {
+  const Matrix block = written(components, components);
+  const Eigen::LLT<Matrix> factor(block);
+  if (factor.info() != Eigen::Success) return false;
+  const Matrix inverse = factor.solve(Matrix::Identity(block.rows(), block.cols()));
+  written(components, components) = inverse;
+  return true;
 }
 
 /// The upper triangle by rows was the lower one: the k-th number of either stands elsewhere.
@@ -126,33 +129,41 @@ void add_charts(const PoseChart& declared, MistakeList& list) {
   }
 }
 
+std::function<bool(PoseSample&)> scaled(const PoseChart& chart, double position,
+                                        const Eigen::Vector3d& rotation) {
+  return always([=](PoseSample& s) { scale(s.written, chart, position, rotation); });
+}
+
 void add_numbers(const PoseChart& declared, MistakeList& list) {
-  const PoseChart chart = declared;
-  const auto scaled = [chart](double position, const Eigen::Vector3d& rotation) {
-    return always([=](PoseSample& s) { scale(s.written, chart, position, rotation); });
-  };
-  list.add("its rotation is in degrees", "radians",
-           scaled(1.0, Eigen::Vector3d::Constant(kRadiansPerDegree)));
+  const Eigen::Vector3d one = Eigen::Vector3d::Ones();
+  list.add("its rotation is in degrees", "radians", scaled(declared, 1.0, kRadiansPerDegree * one));
+  list.add("its position is in millimetres", "metres", scaled(declared, 1e-3, one));
+  list.add("its position is in centimetres", "metres", scaled(declared, 1e-2, one));
+  list.add("it holds standard deviations, not variances", "squares",
+           always([](PoseSample& s) { square(s.written); }));
+  list.add("it is the information matrix", "its inverse",
+           [components = estimated_components(declared.axes)](PoseSample& s) {
+             return invert(s.written, components);
+           });
+}
+
+/// Those of six rows.
+void add_rows(const PoseChart& declared, MistakeList& list) {
   constexpr std::string_view kNames[] = {"first", "second", "third"};
   for (Index i = 0; i < 3; ++i) {
     Eigen::Vector3d one = Eigen::Vector3d::Ones();
     one[i] = kRadiansPerDegree;
     list.add(fmt::format("the {} of its rotation angles is in degrees, the others are not",
                          kNames[static_cast<std::size_t>(i)]),
-             "radians in every row", scaled(1.0, one));
+             "radians in every row", scaled(declared, 1.0, one));
   }
-  list.add("its position is in millimetres", "metres", scaled(1e-3, Eigen::Vector3d::Ones()));
-  list.add("its position is in centimetres", "metres", scaled(1e-2, Eigen::Vector3d::Ones()));
-  list.add("it holds standard deviations, not variances", "squares",
-           always([](PoseSample& s) { square(s.written); }));
-  list.add("it is the information matrix", "its inverse", [](PoseSample& s) { return invert(s.written); });
   list.add("its numbers are those of the lower triangle by rows", "the upper triangle by rows",
            always([](PoseSample& s) { swap_triangles(s.written); }));
   list.add("its axes are north, east, down, those of the poses east, north, up (or the reverse)",
            "the axes of the poses", always([](PoseSample& s) { swap_axes(s.written); }));
 }
 
-void add_poses(double spacing_s, const TruthLookup& truth_at, MistakeList& list) {
+void add_poses(MistakeList& list) {
   struct Body {
     const char* name;
     SpatialPose PoseSample::*pose;
@@ -168,13 +179,6 @@ void add_poses(double spacing_s, const TruthLookup& truth_at, MistakeList& list)
              "their inverses", always([pose](PoseSample& s) { s.*pose = inverse(s.*pose); }));
     list.add(fmt::format("the positions of the {} are in millimetres", body.name), "metres",
              always([pose](PoseSample& s) { (s.*pose).position *= 1e-3; }));
-  }
-  for (const double samples : {1.0, -1.0}) {
-    const double shift_s = samples * spacing_s;
-    list.add(fmt::format("the estimate's times are {:.3g} s, one sample, too {}", spacing_s,
-                         samples > 0.0 ? "early" : "late"),
-             fmt::format("the time of what was estimated, or --time-offset {:.3g}", shift_s),
-             [shift_s, truth_at](PoseSample& s) { return truth_at(s.time_s + shift_s, s.truth); });
   }
 }
 
@@ -195,12 +199,14 @@ bool PoseReading::read(PoseSample sample, PoseError& error, PoseCovariance& P) c
   return true;
 }
 
-std::vector<PoseReading> mistaken_readings(const PoseChart& declared, double spacing_s,
-                                           const TruthLookup& truth_at) {
+std::vector<PoseReading> mistaken_readings(const PoseChart& declared) {
   MistakeList list(declared);
-  add_charts(declared, list);
   add_numbers(declared, list);
-  add_poses(spacing_s, truth_at, list);
+  if (declared.axes.orientation != OrientationError::planar) {
+    add_charts(declared, list);
+    add_rows(declared, list);
+  }
+  add_poses(list);
   return list.take();
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "core/nan.h"
 #include "datasets/logs/conventions/pose_chart.h"
 
 namespace credence::internal {
@@ -30,12 +33,27 @@ struct PoseReading {
   bool read(PoseSample sample, PoseError& error, PoseCovariance& P) const;
 };
 
-/// The truth at a time; false where there is none.
-using TruthLookup = std::function<bool(double time_s, SpatialPose& truth)>;
+/// Mean NEES of such components of samples whose error and covariance `read` writes; NaN where a P is not
+/// positive definite.
+template <class Read>
+double mean_nees(std::span<const PoseSample> samples, std::span<const Index> components, Read read) {
+  constexpr int kMost = 6;
+  using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost>;
+  double sum = 0.0;
+  PoseError error;
+  PoseCovariance P;
+  for (const PoseSample& sample : samples) {
+    read(sample, error, P);
+    const Eigen::LLT<Block> factor(P(components, components));
+    if (factor.info() != Eigen::Success) return kNaN;
+    const Block e = error(components);
+    sum += factor.matrixL().solve(e).squaredNorm();
+  }
+  return sum / static_cast<double>(samples.size());
+}
 
-/// The mistakes that people make when they write a log of poses, as readings that undo them. `spacing_s`:
-/// the time between two estimates.
-std::vector<PoseReading> mistaken_readings(const PoseChart& declared, double spacing_s,
-                                           const TruthLookup& truth_at);
+/// The mistakes that people make when they write a log of poses, as readings that undo them, but those of its
+/// times (ConventionCheck).
+std::vector<PoseReading> mistaken_readings(const PoseChart& declared);
 
 }  // namespace credence::internal

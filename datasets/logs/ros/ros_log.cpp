@@ -383,7 +383,7 @@ class RosLog {
       sink_.travelled(distance_m);
       sink_.at(pose.time_s);
       sink_.add(step);
-      if (truth.has_orientation && kept.size() == 6 && step.problem.empty()) {
+      if (truth.has_orientation && conventions.takes(kept) && step.problem.empty()) {
         conventions.add(estimate, *at);
       }
     });

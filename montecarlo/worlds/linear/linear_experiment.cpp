@@ -30,6 +30,9 @@ LinearErrorDynamics dynamics_of(const LinearModel& model) {
           .measurement_root = psd_root(model.R)};
 }
 
+/// Beyond it the variance of a squared error is no number.
+constexpr double kLargestVariance = 1e150;
+
 LinearErrorSystem make_error_system(const std::vector<LinearModel>& truth,
                                     const std::vector<LinearModel>& assumed,
                                     const std::vector<LinearFilterStep>& steps) {
@@ -40,7 +43,7 @@ LinearErrorSystem make_error_system(const std::vector<LinearModel>& truth,
     system.later.push_back(dynamics_of(models[phase]));
   }
   for (const LinearFilterStep& step : steps) {
-    if (!step.ok) break;
+    if (!step.ok || !(step.P_prior.diagonal().maxCoeff() < kLargestVariance)) break;
     const Matrix whitening = psd_whitening(step.P, step.P_prior.diagonal());
     system.steps.push_back({.K = padded(step.K, states, step.K.cols()),
                             .innovation_whitening = psd_whitening(step.S),

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <string>
+
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
@@ -10,8 +13,9 @@
 namespace credence::internal {
 namespace {
 
-/// Plays a study of 130 runs of which a folder holds the first 64.
-void store_first_chunk(const std::filesystem::path& folder) {
+/// Of a study of 130 runs a folder holds the 64 from `first` on; without it none.
+void store_chunk(const std::filesystem::path& folder, std::optional<std::int64_t> first) {
+  constexpr std::int64_t kRuns = 64;
   Scenario scenario = default_scenario("monobot");
   scenario.study.runs = 130;
   scenario.study.steps = 12;
@@ -20,13 +24,16 @@ void store_first_chunk(const std::filesystem::path& folder) {
   store.require_same_scenario(canonical_toml(scenario));
   store.set_name("mine");
   store.put_configuration(configuration.id, configuration_toml(scenario));
-  store.put_chunk({configuration.id, 0, 64}, to_bytes(configuration.experiment->run_chunk(0, 64)));
+  if (first) {
+    store.put_chunk({configuration.id, *first, kRuns},
+                    to_bytes(configuration.experiment->run_chunk(*first, kRuns)));
+  }
   store.commit();
 }
 
 TEST(StoredStudy, IsReadAsFarAsItIsThere) {
   const TemporaryFolder folder;
-  store_first_chunk(folder / "out");
+  store_chunk(folder / "out", 0);
   const StoredStudy study = read_study(folder / "out");
   EXPECT_EQ(study.plan.name, "mine");
   EXPECT_EQ(study.tool_version, "1.2.3");
@@ -40,10 +47,31 @@ TEST(StoredStudy, IsReadAsFarAsItIsThere) {
   EXPECT_FALSE(analyses.front().complete);
 }
 
+TEST(StoredStudy, CannotBeJudgedBeforeItsFirstRunsAreThere) {
+  const TemporaryFolder folder;
+  const auto refusal = [&] {
+    try {
+      require_runs(read_study(folder / "out"));
+    } catch (const StoreError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string out = (folder / "out").string();
+  store_chunk(out, std::nullopt);
+  EXPECT_EQ(refusal(), out + ": no runs are stored yet");
+  store_chunk(out, 64);
+  EXPECT_EQ(refusal(), out +
+                           ": none of the 64 runs that are stored can be judged yet, as runs 0 to 63 before "
+                           "them are missing");
+  store_chunk(out, 0);
+  EXPECT_EQ(refusal(), "");
+}
+
 TEST(StoredStudy, IsAFolderItselfOrThoseInIt) {
   const TemporaryFolder folder;
-  store_first_chunk(folder / "out/b");
-  store_first_chunk(folder / "out/a");
+  store_chunk(folder / "out/b", 0);
+  store_chunk(folder / "out/a", 0);
   std::filesystem::create_directories(folder / "out/c");
   using Paths = std::vector<std::filesystem::path>;
   EXPECT_EQ(study_directories(folder / "out"), (Paths{folder / "out/a", folder / "out/b"}));

@@ -135,7 +135,8 @@ TEST(EstimatorStudy, ALinearWorldHasItsEstimators) {
   EXPECT_THROW(study_estimators(plain, {.estimators = {"own-gain"}}), std::invalid_argument);
 }
 
-// Runs end where P grows beyond all numbers, with and without missed measurements.
+// Runs end where the statistics of errors, or P itself, grow beyond all numbers: without and with missed
+// measurements.
 TEST(EstimatorStudy, ALinearFilterThatFailsIsNamed) {
   const char* text =
       "[world]\nmodel = \"linear\"\nF = [[2]]\nH = [[0]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
@@ -148,7 +149,7 @@ TEST(EstimatorStudy, ALinearFilterThatFailsIsNamed) {
     EXPECT_EQ(row.runs, 0) << detection;
     ASSERT_EQ(row.failures.size(), 5U) << detection;
     EXPECT_EQ(row.failures[0].outcome, Outcome::not_positive_definite);
-    EXPECT_GT(row.failures[0].step, 500);
+    EXPECT_GE(row.failures[0].step, 249);
     EXPECT_TRUE(std::isnan(study.bound.position_squared));
   }
 }

@@ -240,6 +240,26 @@ TEST(RunFingerprints, ACopyThatWasRoundedIsTold) {
   EXPECT_EQ(likenesses_of({rows(1, 60)}, {rounded(rows(2, 60), 1)}), "");
 }
 
+// Of twelve rows; of 400 pairs of such runs that are independent none is told.
+TEST(RunFingerprints, ACopyOfAShortRunIsTold) {
+  constexpr int kRows = 12;
+  std::vector<std::vector<Step>> runs;
+  for (unsigned seed = 1; seed <= 400; ++seed) runs.push_back(rows(seed, kRows));
+  EXPECT_EQ(likenesses_of(runs), "");
+  runs.push_back(rounded(rows(300, kRows), 3));
+  EXPECT_THAT(likenesses_of(runs), HasSubstr("run 400 of a.csv has, in all rows that were looked at of the "
+                                             "12 it shares, the errors of run 299"));
+}
+
+// Two levels agree by chance: of 500 such runs some in all rows that are kept of one component.
+TEST(RunFingerprints, RunsOfTwoLevelsAreNoCopies) {
+  std::mt19937_64 bits(9);
+  std::vector<std::vector<Step>> runs;
+  for (int i = 0; i < 500; ++i)
+    runs.push_back(scalar_rows(100, [&](int) { return bits() % 2 == 0 ? 1.0 : -1.0; }));
+  EXPECT_EQ(likenesses_of(runs), "");
+}
+
 // Zeros, a constant, an error that goes up and down by one level, two levels by chance, noise of 20 levels,
 // and runs that start alike: of none of them it is told that it is there twice.
 TEST(RunFingerprints, WhatIsAlikeByItsNatureIsNotTold) {

@@ -49,7 +49,7 @@ class Writer {
   mat_t* mat_;
 };
 
-std::string error_of(const std::filesystem::path& file, const std::string& variable) {
+std::string variable_error(const std::filesystem::path& file, const std::string& variable) {
   try {
     MatFile(file).matrix(variable);
   } catch (const DataError& error) {
@@ -93,31 +93,31 @@ TEST(MatFile, NamesFileAndVariableOfWhatItCannotUse) {
     writer.add<char>("text", MAT_C_CHAR, MAT_T_UINT8, {1, 2}, {'h', 'i'});
     writer.add_complex("phasor");
   }
-  EXPECT_THAT(error_of(file, "Laser"),
+  EXPECT_THAT(variable_error(file, "Laser"),
               AllOf(HasSubstr("odd.mat"), HasSubstr("'Laser'"), HasSubstr("square")));
-  EXPECT_THAT(error_of(file, "cube"), AllOf(HasSubstr("'cube'"), HasSubstr("3 dimensions")));
-  EXPECT_THAT(error_of(file, "nothing"), AllOf(HasSubstr("'nothing'"), HasSubstr("empty")));
-  EXPECT_THAT(error_of(file, "hole"), AllOf(HasSubstr("'hole'"), HasSubstr("not finite")));
-  EXPECT_THAT(error_of(file, "text"), AllOf(HasSubstr("'text'"), HasSubstr("text")));
-  EXPECT_THAT(error_of(file, "phasor"), AllOf(HasSubstr("'phasor'"), HasSubstr("complex")));
+  EXPECT_THAT(variable_error(file, "cube"), AllOf(HasSubstr("'cube'"), HasSubstr("3 dimensions")));
+  EXPECT_THAT(variable_error(file, "nothing"), AllOf(HasSubstr("'nothing'"), HasSubstr("empty")));
+  EXPECT_THAT(variable_error(file, "hole"), AllOf(HasSubstr("'hole'"), HasSubstr("not finite")));
+  EXPECT_THAT(variable_error(file, "text"), AllOf(HasSubstr("'text'"), HasSubstr("text")));
+  EXPECT_THAT(variable_error(file, "phasor"), AllOf(HasSubstr("'phasor'"), HasSubstr("complex")));
   EXPECT_THROW(MatFile(file).vector("square"), DataError);
 }
 
 TEST(MatFile, RefusesFilesOfOtherKinds) {
   const TemporaryFolder folder;
-  EXPECT_THAT(error_of(folder.path() / "absent.mat", "x"), HasSubstr("no such file"));
-  EXPECT_THAT(error_of(folder.path(), "x"), HasSubstr("is not a regular file"));
-  EXPECT_THAT(error_of(folder.write("empty.mat", ""), "x"), HasSubstr("header of a MAT-file"));
-  EXPECT_THAT(error_of(folder.write("three_numbers.mat", std::string(20 + 2 + 3 * 8, '\0')), "x"),
+  EXPECT_THAT(variable_error(folder.path() / "absent.mat", "x"), HasSubstr("no such file"));
+  EXPECT_THAT(variable_error(folder.path(), "x"), HasSubstr("is not a regular file"));
+  EXPECT_THAT(variable_error(folder.write("empty.mat", ""), "x"), HasSubstr("header of a MAT-file"));
+  EXPECT_THAT(variable_error(folder.write("three_numbers.mat", std::string(20 + 2 + 3 * 8, '\0')), "x"),
               HasSubstr("as those of version 4"));
-  EXPECT_THAT(error_of(folder.write("text.mat", std::string(500, 'a')), "x"),
+  EXPECT_THAT(variable_error(folder.write("text.mat", std::string(500, 'a')), "x"),
               HasSubstr("no mark of its byte order"));
 
   std::string header(128, ' ');
   header.replace(124, 4, std::string("\x00\x02IM", 4));
-  EXPECT_THAT(error_of(folder.write("new.mat", header), "x"), HasSubstr("version 7.3"));
+  EXPECT_THAT(variable_error(folder.write("new.mat", header), "x"), HasSubstr("version 7.3"));
   header.replace(124, 4, std::string("\x00\x01IM", 4));
-  EXPECT_THAT(error_of(folder.write("bare.mat", header), "x"), HasSubstr("'x': is not in the file"));
+  EXPECT_THAT(variable_error(folder.write("bare.mat", header), "x"), HasSubstr("'x': is not in the file"));
 }
 
 TEST(MatFile, ReadsWhatMatlabPacks) {
@@ -147,10 +147,10 @@ TEST(MatFile, EveryCutOfASmallFileIsAnError) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "cut.mat";
   Writer(file).add<double>("x", MAT_C_DOUBLE, MAT_T_DOUBLE, {5, 2}, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
-  ASSERT_EQ(error_of(file, "x"), "no error");
+  ASSERT_EQ(variable_error(file, "x"), "no error");
   for (auto size = std::filesystem::file_size(file); size-- > 0;) {
     std::filesystem::resize_file(file, size);
-    ASSERT_NE(error_of(file, "x"), "no error") << "cut to " << size << " bytes";
+    ASSERT_NE(variable_error(file, "x"), "no error") << "cut to " << size << " bytes";
   }
 }
 

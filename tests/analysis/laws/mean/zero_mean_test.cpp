@@ -123,6 +123,30 @@ TEST(InnovationMean, OfFewValuesHalfTheLevelIsThatOfTheLargestDirection) {
   EXPECT_NEAR(test_zero_mean(moments).p_value, 2.0 * p, 1e-9);
 }
 
+// y = 2 x, and z = 0 as well: Student's t of x, three times its p-value.
+TEST(InnovationMean, OfASingularCovarianceEachComponentIsTested) {
+  std::mt19937_64 generator(12);
+  std::normal_distribution<double> normal(0.5, 1.0);
+  VectorMoments together, alone;
+  for (int i = 0; i < 30; ++i) {
+    const double x = normal(generator);
+    together.add(Vector{{x, 2.0 * x, 0.0}});
+    alone.add(Vector{{x}});
+  }
+  const double p = test_zero_mean(alone).p_value;
+  EXPECT_NEAR(test_zero_mean(together).p_value, 3.0 * p, 1e-9 * p);
+}
+
+TEST(InnovationMean, TheMeanOfManyValuesThatAreAllTheSameIsCertain) {
+  VectorMoments same;
+  for (int i = 0; i < 10; ++i) same.add(Vector{{0.5, 0.0}});
+  EXPECT_EQ(test_zero_mean(same).p_value, 0.0);
+  VectorMoments zero;
+  for (int i = 0; i < 10; ++i) zero.add(Vector::Zero(2));
+  EXPECT_TRUE(std::isnan(test_zero_mean(zero).p_value));
+  EXPECT_EQ(test_zero_mean(zero).reason, "the values do not vary");
+}
+
 TEST(InnovationMean, DegenerateDataGiveAReason) {
   EXPECT_FALSE(test_zero_mean(VectorMoments{}).reason.empty());
   VectorMoments few;

@@ -80,6 +80,17 @@ TEST(MatArrays, TellsNameDimensionsAndNumbersOfThoseThatAreWanted) {
 }
 
 // MATLAB writes up to four bytes of data into the tag: their number in its upper half, the type in the lower.
+TEST(MatArrays, OneNameIsOneArray) {
+  const std::string error = array_head(kDoubles, {1, 1}, "error") + mat_element(9, std::string(8, '\0'));
+  const std::string other = array_head(kDoubles, {1, 1}, "other") + mat_element(9, std::string(8, '\0'));
+  EXPECT_EQ(mat_arrays_of({error, other, other}).size(), 3U) << "those that nobody reads";
+  EXPECT_THAT(
+      [&] {
+        mat_arrays_of({error, other, error});
+      },
+      ::testing::ThrowsMessage<DataError>(HasSubstr("error is there twice, as a variable or a field")));
+}
+
 TEST(MatArrays, ReadsShortElements) {
   const std::string short_name = little_word(3U << 16 | 1) + std::string("abc\0", 4);
   const std::string short_data = little_word(2U << 16 | 2) + std::string("\x07\x08\0\0", 4);

@@ -249,6 +249,76 @@ TEST(ConventionCheck, AMistakeIsNamedByItsCause) {
   }
 }
 
+// Between the rows of a truth of 100 Hz; at its ends estimates have none at the time that was meant.
+TEST(ConventionCheck, TimesThatAreHalfASampleLateAreNamed) {
+  for (const double late_s : {0.5 * kSpacing, -0.32 * kSpacing}) {
+    PoseLog log = consistent_log(7, 600, kFixedAxes);
+    log.truth = {};
+    constexpr int kRows = 6000;
+    for (int i = 0; i < kRows; ++i) {
+      log.truth.time_s.push_back(0.01 * i);
+      log.truth.lines.push_back(i + 1);
+      log.truth.poses.push_back(true_pose(0.01 * i));
+    }
+    for (double& t : log.estimate.time_s) t += late_s;
+    EXPECT_THAT(said(log, pose_chart_named("ros")),
+                HasSubstr(late_s > 0.0 ? "times are 0.05 s too late (" : "times are 0.032 s too early ("));
+  }
+}
+
+/// In the plane: z, roll and pitch have no variance. The truth has 100 Hz.
+PoseLog planar_log(std::uint64_t seed, double late_s = 0.0) {
+  constexpr int kRows = 600, kTruths = 6500;
+  const auto true_at = [](double t) {
+    return SpatialPose{{20.0 * std::cos(0.1 * t), 15.0 * std::sin(0.13 * t), 0.0},
+                       Eigen::Quaterniond(Eigen::AngleAxisd(0.31 * t, Eigen::Vector3d::UnitZ()))};
+  };
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  PoseLog log;
+  for (int i = -100; i < kTruths; ++i) {
+    log.truth.time_s.push_back(0.01 * i);
+    log.truth.lines.push_back(i + 101);
+    log.truth.poses.push_back(true_at(0.01 * i));
+  }
+  for (int i = 0; i < kRows; ++i) {
+    PoseError sigma = PoseError::Zero(), e;
+    sigma[0] = 0.1 + 0.05 * std::sin(0.05 * i);
+    sigma[1] = 0.06;
+    sigma[5] = 0.02;
+    e = sigma.cwiseProduct(PoseError::NullaryExpr([&] { return normal(random); }));
+    const SpatialPose truth = true_at(kSpacing * i - late_s);
+    log.estimate.time_s.push_back(kSpacing * i);
+    log.estimate.lines.push_back(i + 1);
+    log.estimate.poses.push_back(with_error(truth, e, kFixedAxes));
+    log.estimate.covariances.push_back(sigma.cwiseAbs2().asDiagonal());
+  }
+  return log;
+}
+
+TEST(ConventionCheck, AMistakeOfAPoseInThePlaneIsNamed) {
+  const PoseChart& planar = pose_chart_named("planar");
+  EXPECT_EQ(said(planar_log(1), planar), "");
+  EXPECT_THAT(said(planar_log(2, 0.04), planar), HasSubstr("(chart planar, mean NEES "));
+  EXPECT_THAT(said(planar_log(2, 0.04), planar), HasSubstr("the estimate's times are 0.04 s too late ("));
+  const auto named = [&](const std::function<PoseCovariance(const PoseCovariance&)>& change) {
+    PoseLog log = planar_log(3);
+    on_covariances(change)(log);
+    return said(std::move(log), planar);
+  };
+  EXPECT_THAT(named([](PoseCovariance P) {
+                P(5, 5) /= kRadiansPerDegree * kRadiansPerDegree;
+                return P;
+              }),
+              HasSubstr("its rotation is in degrees"));
+  EXPECT_THAT(named([](const PoseCovariance& P) -> PoseCovariance { return P.cwiseSqrt(); }),
+              HasSubstr("standard deviations, not variances"));
+  EXPECT_THAT(named([](const PoseCovariance& P) -> PoseCovariance {
+                return P.unaryExpr([](double variance) { return variance > 0.0 ? 1.0 / variance : 0.0; });
+              }),
+              HasSubstr("information matrix"));
+}
+
 TEST(ConventionCheck, NothingIsSaidOfLogsThatAreReadRightly) {
   constexpr int kLogs = 200, kRows = 300;
   int said_of = 0;
