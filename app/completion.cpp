@@ -5,6 +5,7 @@
 
 #include "app/scenario_files.h"
 #include "app/shell_word.h"
+#include "core/names_in.h"
 #include "montecarlo/scenario/scenario_schema.h"
 
 namespace credence::internal {
@@ -16,12 +17,6 @@ std::vector<std::string> setting_keys() {
   return keys;
 }
 
-std::vector<std::string_view> scenario_names() {
-  std::vector<std::string_view> names;
-  for (const OwnScenario& scenario : own_scenarios()) names.push_back(scenario.name);
-  return names;
-}
-
 bool takes_scenarios(const CommandShape& command) {
   return !command.options.empty() && command.options.front().positional &&
          command.options.front().names.front() == "scenario";
@@ -30,7 +25,7 @@ bool takes_scenarios(const CommandShape& command) {
 /// What is completed where a word of a command is expected, beside files.
 std::vector<std::string> positional_words(const CommandShape& command) {
   if (takes_scenarios(command)) {
-    const std::vector<std::string_view> names = scenario_names();
+    const std::vector<std::string_view> names = names_in(own_scenarios());
     return {names.begin(), names.end()};
   }
   for (const OptionShape& option : command.options) {

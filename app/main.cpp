@@ -142,6 +142,7 @@ int obey(int argc, char** argv) {
   } catch (const std::filesystem::filesystem_error& error) {
     return after_failure(fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return after_output(kBadInput);
     return after_failure(error.what());
   }
   return kDone;

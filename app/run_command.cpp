@@ -15,6 +15,7 @@
 #include "app/naming_file.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
+#include "app/shell_word.h"
 #include "app/study_runner.h"
 #include "app/tell.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -101,8 +102,9 @@ PlayedStudy run_one(const RunOptions& options, const Configuration& c) {
       run_configurations(std::span(&c, 1), stored ? canonical_toml(c.scenario) : "",
                          stored ? store_directory(options, c.scenario) : "", c.scenario.name, options)
           .front());
-  // Logs of runs that the result does not count.
-  if (!stored) discard_logs(log_directory(options, c.scenario), result.result.statistics.runs);
+  // Logs of runs that the result does not count, where there is one.
+  if (!stored && result.result.statistics.runs > 0)
+    discard_logs(log_directory(options, c.scenario), result.result.statistics.runs);
   return result;
 }
 
@@ -146,7 +148,14 @@ int run(const RunOptions& options) {
     if (catch_interrupt().load()) break;
   }
   if (analyses.empty()) {
-    say("credence: interrupted before the first runs were done");
+    if (!options.log.empty()) {
+      say(fmt::format(
+          "credence: interrupted before the first runs were judged; those whose logs are in {} can "
+          "be: credence check {}; --fresh begins anew",
+          options.log, shell_word(options.log)));
+    } else if (options.out.empty()) {
+      say("credence: interrupted before the first runs were done");
+    }
     return kInterrupted;
   }
 

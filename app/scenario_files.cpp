@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "app/embedded_files.h"
+#include "core/names_in.h"
 #include "montecarlo/scenario/leading_comment.h"
 #include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_value.h"
@@ -44,9 +45,7 @@ std::string proposal(const std::string& name) {
   for (const fs::path& file : {fs::path(name + std::string(kEnding)), fs::path(kFolder) / (stem + ".toml")}) {
     if (fs::is_regular_file(file, error)) return fmt::format("; did you mean {}?", file.string());
   }
-  std::vector<std::string_view> names;
-  for (const OwnScenario& scenario : own_scenarios()) names.push_back(scenario.name);
-  const std::string_view close = closest_word(stem, names);
+  const std::string_view close = closest_word(stem, names_in(own_scenarios()));
   return close.empty() ? "; credence list names those that come with the program"
                        : fmt::format("; did you mean {}, which comes with the program?", close);
 }

@@ -38,11 +38,6 @@ std::string progress_sentence(const StoredStudy& study) {
   return text + fmt::format("; made by version {}.", study.tool_version);
 }
 
-SweepAnalysis analyse_stored_sweep(const StoredStudy& study) {
-  std::vector<StudyAnalysis> analyses = analyse(study);
-  return analyse_sweep(study.plan, std::move(analyses));
-}
-
 /// The sweep of a folder alone: it has tables and a report of its own.
 bool is_sweep(const std::vector<StoredStudy>& studies) {
   if (studies.size() == 1) return studies.front().is_sweep();
@@ -83,8 +78,8 @@ int show(const StoredOptions& options) {
       for (ReportedStudy& each : all) each.analysis.complete = true;  // how much there is, is said below
     }
     if (!all.empty()) document = study_document(std::move(all));
-  } else if (studies.front().runs() > 0) {
-    document = sweep_document(analyse_stored_sweep(studies.front()));
+  } else if (const StoredStudy& sweep = studies.front(); sweep.runs() > 0) {
+    document = sweep_document(analyse_sweep(sweep.plan, analyse(sweep)));
   }
   document.brief.emplace_back("");
   for (const StoredStudy& study : studies) document.brief.emplace_back(progress_sentence(study));
@@ -99,7 +94,8 @@ int report(StoredOptions options) {
   if (options.out.empty()) options.out = options.directory;
   for (const StoredStudy& study : studies) require_runs(study);
   if (is_sweep(studies)) {
-    write_report(sweep_document(analyse_stored_sweep(studies.front())), options, command);
+    const StoredStudy& sweep = studies.front();
+    write_report(sweep_document(analyse_sweep(sweep.plan, analyse(sweep))), options, command);
     return kDone;
   }
   std::vector<ReportedStudy> all = reported(studies, options, true);

@@ -82,9 +82,12 @@ StandardInputFile::~StandardInputFile() {
 }
 
 std::string text_of_file(const std::string& file, const std::string& complaint) {
+  // A pipe of the shell, as <(…) is one, has its writer; another one may never have.
+  const bool of_shell = fs::is_fifo(file) && (file.starts_with("/dev/") || file.starts_with("/proc/"));
+  if (fs::exists(file) && !fs::is_regular_file(file) && !of_shell)
+    throw std::invalid_argument(file + ": is no regular file");
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw std::invalid_argument(complaint);
-  // A device may never end.
   constexpr std::size_t kAtOnce = std::size_t{1} << 20, kMost = std::size_t{1} << 28;
   std::string text;
   while (stream) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/command_tree.h"
+#include "core/names_in.h"
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/scenario_value.h"
 
@@ -29,10 +30,7 @@ std::string setting_proposal(const CLI::App& command, std::string_view option) {
 
 std::string command_proposal(const CLI::App& app, std::string_view word) {
   const std::vector<CommandShape> commands = command_shapes(app);
-  std::vector<std::string_view> names;
-  names.reserve(commands.size());
-  for (const CommandShape& command : commands) names.push_back(command.name);
-  const std::string_view close = closest_word(word, names);
+  const std::string_view close = closest_word(word, names_in(commands));
   return close.empty() ? "; credence help lists all" : fmt::format("; did you mean {}?", close);
 }
 

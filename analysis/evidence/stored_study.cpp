@@ -47,7 +47,9 @@ StoredStudy read_study(const fs::path& directory) {
   StoredStudy study;
   study.directory = directory;
   study.tool_version = store.tool_version();
-  study.plan = plan_sweep(read_scenario_text(store.scenario(), directory.string()));
+  const std::string scenario = store.scenario();
+  if (scenario.empty()) throw StoreError(directory.string() + ": no runs are stored yet");
+  study.plan = plan_sweep(read_scenario_text(scenario, directory.string()));
   if (const std::string name = store.name(); !name.empty()) study.plan.name = name;
   for (SweepPoint& point : study.plan.points) {
     point.scenario.name = study.plan.name;

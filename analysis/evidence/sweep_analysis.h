@@ -19,6 +19,8 @@ struct SweepAnalysis {
   std::vector<RankMapCell> rank_map;   ///< of each study; empty unless the whole plan is a map of ranks
 
   const SweepPoint& point(std::size_t study) const { return plan.points[points[study]]; }
+  /// The level of the tests of all configurations together.
+  double confidence() const { return studies.front().scenario.study.confidence; }
   /// Whether this study is inconsistent also when all are taken together.
   bool stands(std::size_t study) const;
 };

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/models/model_mismatch.h"
 
@@ -24,8 +25,6 @@ void require_sizes(const LinearModel& truth, const LinearFilterStep& step) {
         step.P.rows(), step.P.cols(), step.K.rows(), step.K.cols(), step.S.rows(), step.S.cols(), n, m));
   }
 }
-
-Matrix symmetrised(const Matrix& M) { return 0.5 * (M + M.transpose()); }
 
 /// States with a variance, scaled to unit diagonal of P.
 struct UnitDiagonal {

@@ -43,7 +43,7 @@ struct StabilityAnalysis {
   double spectral_radius = 0.0;              ///< NaN when the eigenvalues did not converge
 
   RiccatiSolution riccati;        ///< the limit from P0 of the model with constant Q_t, and its gains
-  RiccatiSolution riccati_other;  ///< the same from `P0_other`
+  RiccatiSolution riccati_other;  ///< the same from a larger P0
   double initial_covariance_effect = 0.0;  ///< ‖P − P_other‖ / ‖P‖ of the two limits; NaN without both
   bool depends_on_initial = false;         ///< the effect is above kInitialEffectTolerance
 

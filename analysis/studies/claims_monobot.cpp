@@ -166,14 +166,16 @@ Claim full_is_unbounded() {
           .verdict = holds_if(as_claimed)};
 }
 
+constexpr Index kLandmarksInTurn = 3, kStepsInTurn = 999;
+
 /// One landmark at a time, in turn: the trace of the prior after so many steps.
-double trace_in_turn(Index landmarks, const InflationRule& rule, Index steps) {
-  LinearModel model = monobot(landmarks);
+double trace_in_turn(const InflationRule& rule) {
+  LinearModel model = monobot(kLandmarksInTurn);
   const Matrix all = model.H;
   model.R = Matrix::Constant(1, 1, kR);
   double trace = 0.0;
-  for (Index k = 0; k < steps; ++k) {
-    model.H = all.row(k % landmarks);
+  for (Index k = 0; k < kStepsInTurn; ++k) {
+    model.H = all.row(k % kLandmarksInTurn);
     const LinearFilterStep step = linear_filter_steps(model, rule, 1).front();
     trace = step.P_prior.trace();
     model.P0 = step.P;
@@ -184,9 +186,7 @@ double trace_in_turn(Index landmarks, const InflationRule& rule, Index steps) {
 Claim map_is_bounded() {
   const auto steps = linear_filter_steps(monobot(2), kMap, kLong);
   const double gain = landmark_gain(steps[kMonobotSteps - 1].K), late = landmark_gain(steps.back().K);
-  constexpr Index kThree = 3, kTurns = 999;
-  const double pairwise = trace_in_turn(kThree, kMap, kTurns),
-               exact = trace_in_turn(kThree, kMapExact, kTurns);
+  const double pairwise = trace_in_turn(kMap), exact = trace_in_turn(kMapExact);
   const bool bounded =
       std::abs(steps.back().P_prior.trace() / steps[kMonobotSteps - 1].P_prior.trace() - 1.0) < 1e-6;
   return {
@@ -203,7 +203,7 @@ Claim map_is_bounded() {
           "{:.6f} m² and {:.6f} at step {}. But three landmarks seen in turn, one a step: {:.1f} m² after {} "
           "steps with the pairwise sum, {:.2f} m² with the exact minimal trace. Needs the exact minimal "
           "trace, or all landmarks in view",
-          steps.back().P_prior.trace(), late, kLong, pairwise, kTurns, exact),
+          steps.back().P_prior.trace(), late, kLong, pairwise, kStepsInTurn, exact),
       .verdict = bounded && gain > 0.1 && late > 0.1
                      ? (pairwise > 10.0 * exact ? ClaimVerdict::conditional : ClaimVerdict::holds)
                      : ClaimVerdict::fails};

@@ -58,7 +58,7 @@ std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource
 /// Of error_modulation on that autoregression.
 std::array<double, SyntheticFilter::kRuns> nees_over_time_p_values(const NoiseSource& noise,
                                                                    std::int64_t block);
-/// Of modulation_p_value on squares of white noise.
+/// Of modulation on squares of white noise.
 std::array<double, SyntheticFilter::kRuns> nis_over_time_p_values(const NoiseSource& noise,
                                                                   std::int64_t block);
 

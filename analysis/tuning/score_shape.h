@@ -16,8 +16,8 @@ struct ScoreProfile {
 };
 
 /// The profile over `reach` standard errors either way. Only of a coordinate that was found.
-ScoreProfile score_profile(const ScoreModel& model, const Tuning& tuning, Index coordinate, int points = 17,
-                           double reach = 3.5);
+ScoreProfile score_profile(const ScoreModel& model, const Tuning& tuning, Index coordinate, int points,
+                           double reach);
 
 /// A point at which the mean NIS is the expected one.
 struct RidgePoint {

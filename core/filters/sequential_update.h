@@ -21,7 +21,6 @@ struct SequentialWorkspace {
 /// respect to the innovation at the prior. Returns false, with P and K not to be used, when a scalar
 /// innovation variance is not positive.
 bool sequential_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H, const VectorRef& r,
-                       Eigen::Ref<Matrix> K, SequentialWorkspace& workspace,
-                       MapBound bound = MapBound::least_trace);
+                       Eigen::Ref<Matrix> K, SequentialWorkspace& workspace, MapBound bound);
 
 }  // namespace credence::internal

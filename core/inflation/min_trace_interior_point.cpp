@@ -3,19 +3,18 @@
 #include <algorithm>
 
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/mirror.h"
 
 namespace credence::internal {
 namespace {
 
 using Cholesky = Eigen::LLT<Matrix>;
 
-Matrix symmetric_part(const Matrix& M) { return 0.5 * (M + M.transpose()); }
-
 /// The largest step t with C + t D ⪰ 0, at most 1 after staying `fraction` away from the boundary.
 double step_length(const Cholesky& C, const Matrix& D, double fraction) {
   const Matrix half = C.matrixL().solve(D);
   const Matrix whole = C.matrixL().solve(half.transpose());
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(symmetric_part(whole), Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(symmetrised(whole), Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues()(0);
   if (!(least < 0.0)) return 1.0;
   return std::min(1.0, -fraction / least);
@@ -82,27 +81,27 @@ bool step(MinTraceInteriorPoint& at, const Matrix& O, NewtonSystem& newton) {
   const Matrix I = Matrix::Identity(m, m);
   const Cholesky chol_Z(at.E - O), chol_X(at.X);
   if (chol_Z.info() != Eigen::Success || chol_X.info() != Eigen::Success) return false;
-  const Matrix Z_inverse = symmetric_part(chol_Z.solve(I));
+  const Matrix Z_inverse = symmetrised(chol_Z.solve(I));
   if (!newton.factor(at.X, Z_inverse)) return false;
 
   // Predictor: straight to μ = 0. It tells how far the centre must be kept in view.
   Matrix dE = newton.solve(-I);
-  Matrix dX = -at.X - symmetric_part(at.X * dE * Z_inverse);
+  Matrix dX = -at.X - symmetrised(at.X * dE * Z_inverse);
   const double mu = gap(at.E, O, at.X) / static_cast<double>(m);
   double step_E = step_length(chol_Z, dE, 0.99), step_X = step_length(chol_X, dX, 0.99);
   const double mu_predicted = gap(at.E + step_E * dE, O, at.X + step_X * dX) / static_cast<double>(m);
   double centring = std::clamp(mu_predicted / mu * (mu_predicted / mu), 1e-6, 1.0);
   if (std::min(step_E, step_X) < 0.2) centring = std::max(centring, 0.3);
 
-  const Matrix second_order = symmetric_part(dX * dE * Z_inverse);
+  const Matrix second_order = symmetrised(dX * dE * Z_inverse);
   const Matrix target = centring * mu * Z_inverse - second_order;
   // X_jj = I is asked of the new X, which keeps rounding from piling up in the constraint.
   dE = newton.solve(target - I);
-  dX = target - at.X - symmetric_part(at.X * dE * Z_inverse);
+  dX = target - at.X - symmetrised(at.X * dE * Z_inverse);
   step_E = step_length(chol_Z, dE, 0.95);
   step_X = step_length(chol_X, dX, 0.95);
   const Matrix E = at.E + step_E * dE;
-  const Matrix X = symmetric_part(at.X + step_X * dX);
+  const Matrix X = symmetrised(at.X + step_X * dX);
   if (Cholesky(E - O).info() != Eigen::Success || Cholesky(X).info() != Eigen::Success) return false;
   at.E = E;
   at.X = X;

@@ -9,7 +9,7 @@
 #include "core/types.h"
 
 /// @file
-/// Eigen's decompositions of matrices of any size, compiled once (decompositions*.cpp).
+/// Eigen's decompositions of matrices of any size, compiled once (decompositions.cpp).
 ///
 /// Include this instead of Eigen's headers. What is declared here is not instantiated again in each source,
 /// which costs seconds for each; the algorithms and their bits are Eigen's own. An expression as argument

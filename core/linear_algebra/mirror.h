@@ -32,4 +32,7 @@ void symmetrise(Eigen::MatrixBase<Derived>& M) {
   }
 }
 
+/// (M + Mᵀ)/2.
+inline Matrix symmetrised(const Matrix& M) { return 0.5 * (M + M.transpose()); }
+
 }  // namespace credence::internal

@@ -12,6 +12,7 @@
 #include "core/linear_algebra/symmetry.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
+#include "core/trim_blanks.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/log_conventions.h"

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/trim_blanks.h"
+
 namespace credence::internal {
 namespace {
 
@@ -32,12 +34,6 @@ std::string shown_field(std::string_view text) {
   for (char& letter : result)
     if (letter < ' ' || letter > '~') letter = '?';
   return result;
-}
-
-std::string_view trim_blanks(std::string_view field) {
-  const std::size_t first = field.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return field.substr(first, field.find_last_not_of(" \t") - first + 1);
 }
 
 std::string_view trim_quotes(std::string_view field) {

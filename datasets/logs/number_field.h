@@ -17,9 +17,6 @@ inline constexpr double kLargestSeconds = 1e16;
 /// What of a text may stand in an error message: its beginning, without control characters.
 std::string shown_field(std::string_view text);
 
-/// `field` without blanks at its ends.
-std::string_view trim_blanks(std::string_view field);
-
 /// `field` without the quotes around it, and without blanks within them.
 std::string_view trim_quotes(std::string_view field);
 

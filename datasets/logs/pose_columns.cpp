@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/trim_blanks.h"
 #include "datasets/logs/number_field.h"
 
 namespace credence::internal {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "core/manifold/angle.h"
+#include "core/trim_blanks.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/geodesy.h"

@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "core/trim_blanks.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/linear_algebra/symmetry.h"
+#include "core/trim_blanks.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"

@@ -17,6 +17,7 @@ namespace credence::internal {
 namespace {
 
 constexpr int kRobots = 5;
+constexpr double kFarthest_m = 1e6, kFastest = 1e3;  // m/s and rad/s
 // The files print four decimals and so may say 3.1416 for π.
 constexpr double kMaxAngleRad = std::numbers::pi + 1e-4;
 
@@ -30,6 +31,14 @@ int whole_number(const TextTable& table, Index row, Index column, const char* na
 void check_angle(const TextTable& table, Index row, Index column, const char* name) {
   const double angle = table.values(row, column);
   if (std::abs(angle) > kMaxAngleRad) table.fail(row, fmt::format("{} {} rad is beyond pi", name, angle));
+}
+
+/// What no robot does and no room holds is a damaged number.
+void check_size(const TextTable& table, Index row, Index column, const char* name, double most,
+                const char* unit) {
+  const double value = table.values(row, column);
+  if (std::abs(value) > most)
+    table.fail(row, fmt::format("{} {:g} {} is beyond {:g} {}", name, value, unit, most, unit));
 }
 
 /// A table whose first column is time, in order.
@@ -70,6 +79,8 @@ std::vector<MrclamLandmark> read_landmarks(const std::filesystem::path& file,
       if (other.subject == subject) table.fail(i, fmt::format("subject {} is named twice", subject));
     const Vector row = table.values.row(i);
     if (row(3) < 0 || row(4) < 0) table.fail(i, "a standard deviation is negative");
+    for (const Index column : {1, 2}) check_size(table, i, column, "position", kFarthest_m, "m");
+    for (const Index column : {3, 4}) check_size(table, i, column, "standard deviation", kFarthest_m, "m");
     landmarks.push_back({subject, row.segment<2>(1)});
   }
   return landmarks;
@@ -78,6 +89,8 @@ std::vector<MrclamLandmark> read_landmarks(const std::filesystem::path& file,
 void read_odometry(const std::filesystem::path& file, MrclamLog& log) {
   const TextTable table = read_timed_table(file, 3);
   for (Index i = 0; i < table.rows(); ++i) {
+    check_size(table, i, 1, "speed", kFastest, "m/s");
+    check_size(table, i, 2, "turn rate", kFastest, "rad/s");
     log.odometry.push_back({table.values(i, 0), table.values(i, 1), table.values(i, 2)});
   }
 }
@@ -86,6 +99,7 @@ void read_truth(const std::filesystem::path& file, MrclamLog& log) {
   const TextTable table = read_timed_table(file, 4);
   for (Index i = 0; i < table.rows(); ++i) {
     check_angle(table, i, 3, "heading");
+    for (const Index column : {1, 2}) check_size(table, i, column, "position", kFarthest_m, "m");
     log.truth.push_back({table.values(i, 0), table.values.row(i).segment<3>(1)});
   }
 }
@@ -96,6 +110,7 @@ void read_measurements(const std::filesystem::path& file, const std::map<int, in
   for (Index i = 0; i < table.rows(); ++i) {
     const int barcode = whole_number(table, i, 1, "barcode");
     if (table.values(i, 2) <= 0) table.fail(i, fmt::format("range {} m is not positive", table.values(i, 2)));
+    check_size(table, i, 2, "range", kFarthest_m, "m");
     check_angle(table, i, 3, "bearing");
     const auto subject = subject_of_barcode.find(barcode);
     if (subject == subject_of_barcode.end()) {

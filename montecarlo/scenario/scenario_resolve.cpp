@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/names_in.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/world_schema.h"
@@ -135,9 +136,7 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
 
 std::string keys_without_section(std::string_view name) {
   if (std::string path = keys_elsewhere(name); !path.empty()) return path;
-  std::vector<std::string_view> names;
-  for (const ScenarioKey& key : scenario_keys()) names.push_back(key.name);
-  const std::string_view close = closest_word(name, names);
+  const std::string_view close = closest_word(name, names_in(scenario_keys()));
   return close.empty() ? "" : keys_elsewhere(close);
 }
 

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/trim_blanks.h"
+
 namespace credence::internal {
 namespace {
 
@@ -32,12 +34,6 @@ double power_of_ten(int exponent) {
 /// Correctly rounded, since both operands are exact.
 double to_double(std::int64_t mantissa, int scale) {
   return static_cast<double>(mantissa) / power_of_ten(scale);
-}
-
-std::string_view trim(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
 template <class Number>
@@ -63,7 +59,7 @@ void append_scaled(Decimal& decimal, int exponent, std::string_view item) {
 }
 
 Decimal parse_decimal(std::string_view text, std::string_view item) {
-  const std::string_view number = trim(text);
+  const std::string_view number = trim_blanks(text);
   const std::size_t e = std::min(number.find_first_of("eE"), number.size());
   Decimal decimal;
   bool negative = false, point = false, digit = false;
@@ -153,7 +149,7 @@ Spacing parse_spacing(std::string_view item) {
   const std::vector<std::string_view> parts = split(inside, ',');
   if (parts.size() != 3) refuse(item, fmt::format("must be {}(first, last, count)", item.substr(0, 3)));
   Spacing spacing{parse_decimal(parts[0], item), parse_decimal(parts[1], item), 0, false};
-  const auto count = parse_number<std::int64_t>(trim(parts[2]));
+  const auto count = parse_number<std::int64_t>(trim_blanks(parts[2]));
   if (!count || *count < 2 || *count > static_cast<std::int64_t>(kLargestSweep)) {
     refuse(item, fmt::format("the count must be an integer from 2 to {}", kLargestSweep));
   }
@@ -227,7 +223,7 @@ std::vector<ScalarValue> expand_item(std::string_view item) {
 std::vector<ScalarValue> expand_sweep_list(std::string_view list) {
   std::vector<ScalarValue> values;
   for (const std::string_view item : split(list, ',')) {
-    const std::vector<ScalarValue> more = expand_item(trim(item));
+    const std::vector<ScalarValue> more = expand_item(trim_blanks(item));
     values.insert(values.end(), more.begin(), more.end());
     if (values.size() > kLargestSweep) {
       throw std::invalid_argument(fmt::format("the list has more than {} values", kLargestSweep));

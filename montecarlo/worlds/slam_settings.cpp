@@ -5,6 +5,7 @@
 #include "core/append_item.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
+#include "montecarlo/worlds/estimator_key.h"
 
 namespace credence::internal {
 namespace {
@@ -114,6 +115,16 @@ void check_inflation(const Scenario& scenario, const Refusal& refuse) {
   }
 }
 
+void check_contested_slam(const Scenario& scenario, const Refusal& refuse, const EstimatorOffer& offer) {
+  check_estimator(scenario, refuse, offer);
+  if (scenario.world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
+  check_sensor_range(scenario, refuse);
+}
+
+BlockLayout plane_slam_blocks(const Scenario& scenario) {
+  return {.vehicle = 3, .landmark = 2, .landmarks = scenario.world.landmarks};
+}
+
 InflationRule make_inflation_rule(const Scenario& scenario) {
   const FilterSettings& f = scenario.filter;
   InflationRule rule;
@@ -148,6 +159,10 @@ std::string slam_text(const Scenario& scenario) {
 std::string slam_size_text(const Scenario& scenario) {
   return fmt::format("world.landmarks = {}, world.anchors = {}", scenario.world.landmarks,
                      scenario.world.anchors);
+}
+
+std::string landmarks_size_text(const Scenario& scenario) {
+  return fmt::format("world.landmarks = {}", scenario.world.landmarks);
 }
 
 }  // namespace credence::internal

@@ -13,6 +13,8 @@
 
 namespace credence::internal {
 
+struct EstimatorOffer;
+
 /// Their rows of [world] and [filter].
 std::vector<KeyRow> slam_keys();
 
@@ -29,6 +31,12 @@ void check_sensor_range(const Scenario& scenario, const Refusal& refuse);
 /// Refuses an inflation that there is not.
 void check_inflation(const Scenario& scenario, const Refusal& refuse);
 
+/// Refuses an estimator of another world, a world without landmarks, and a sensor that sees nothing.
+void check_contested_slam(const Scenario& scenario, const Refusal& refuse, const EstimatorOffer& offer);
+
+/// A pose and points in the plane.
+BlockLayout plane_slam_blocks(const Scenario& scenario);
+
 /// The inflation that [filter] asks for; of `rank`, the constant ΔP for the complete map.
 InflationRule make_inflation_rule(const Scenario& scenario);
 
@@ -37,5 +45,8 @@ std::string slam_text(const Scenario& scenario);
 
 /// "world.landmarks = 2, world.anchors = 0".
 std::string slam_size_text(const Scenario& scenario);
+
+/// "world.landmarks = 2", where there are no anchors.
+std::string landmarks_size_text(const Scenario& scenario);
 
 }  // namespace credence::internal

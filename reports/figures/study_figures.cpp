@@ -107,9 +107,9 @@ Panel gains_panel(const RunTrace& trace, const FigureData& steps) {
 }
 
 /// Error curves with 2σ of several states, each in a panel's own colours.
-Panel errors_panel(FigureText title, FigureText y_label, const RunTrace& trace, const FigureData& steps,
-                   Index first, Index last) {
-  Panel panel{.title = std::move(title), .x_label = "step", .y_label = std::move(y_label)};
+Panel errors_panel(FigureText title, const RunTrace& trace, const FigureData& steps, Index first,
+                   Index last) {
+  Panel panel{.title = std::move(title), .x_label = "step", .y_label = "error (m)"};
   for (Index i = first; i < last; ++i) {
     add_error(panel, steps, trace, i, last - first > 1 ? state_name(trace, i) : FigureText("error"),
               numbered_role(i), i == first);
@@ -210,17 +210,17 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
                     const FigureData& exact) {
   const StepTimes* const times = verdict.times.get();
   Panel panel{.title = title, .x_label = step_label(times), .y_label = y_label};
-  const auto has_data = [](const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; };
-  const bool sparse = 2 * std::ranges::count_if(verdict.steps, has_data) < std::ssize(verdict.steps);
+  const bool sparse =
+      2 * std::ranges::count_if(verdict.steps, &StepTest::has_data) < std::ssize(verdict.steps);
   FigureData x;
   std::vector<StepTest> shown;
   for (std::size_t k = 0; k < verdict.steps.size(); ++k) {
-    if (sparse && !has_data(verdict.steps[k])) continue;
+    if (sparse && !verdict.steps[k].has_data()) continue;
     x.push_back(step_place(times, verdict.step_of(static_cast<std::int64_t>(k) + 1)));
     shown.push_back(verdict.steps[k]);
   }
   const auto tested = [&](double StepTest::*number) {
-    return figure_data(shown, [&](const StepTest& step) { return has_data(step) ? step.*number : kNaN; });
+    return figure_data(shown, [&](const StepTest& step) { return step.has_data() ? step.*number : kNaN; });
   };
   panel.series = {
       band_series(fmt::format("{:g} % of single steps", 100.0 * verdict.confidence), ColourRole::bound, x,
@@ -287,8 +287,8 @@ Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
   figure.panels.push_back(vehicle_position_panel(trace, steps));
   figure.panels.push_back(landmark_positions_panel(trace, steps));
   figure.panels.push_back(gains_panel(trace, steps));
-  figure.panels.push_back(errors_panel("Vehicle error", "error (m)", trace, steps, 0, 1));
-  figure.panels.push_back(errors_panel("Landmark errors", "error (m)", trace, steps, 1, n));
+  figure.panels.push_back(errors_panel("Vehicle error", trace, steps, 0, 1));
+  figure.panels.push_back(errors_panel("Landmark errors", trace, steps, 1, n));
   return figure;
 }
 

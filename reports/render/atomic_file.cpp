@@ -2,10 +2,13 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <cstdio>
 #include <system_error>
 
 namespace credence::internal {
@@ -17,6 +20,15 @@ namespace {
 std::filesystem::path temporary_beside(const std::filesystem::path& target) {
   static std::atomic<unsigned> count{0};
   return target.parent_path() / fmt::format(".credence.{}.{}.tmp", getpid(), count++);
+}
+
+/// The process that writes a file of this name; 0: it is none of temporary_beside.
+pid_t writer_of(const std::string& name) {
+  int process = 0;
+  unsigned number = 0;
+  int end = 0;
+  const bool named = std::sscanf(name.c_str(), ".credence.%d.%u.tmp%n", &process, &number, &end) == 2;
+  return named && process > 0 && end == static_cast<int>(name.size()) ? process : 0;
 }
 
 /// Else a loss of power may undo the rename; where a folder cannot be synchronised there is nothing to be
@@ -87,6 +99,19 @@ void write_file(const std::filesystem::path& target, std::string_view bytes) {
   AtomicFile file(target);
   file.write(bytes);
   file.commit();
+}
+
+void remove_abandoned(const std::filesystem::path& directory) {
+  namespace fs = std::filesystem;
+  constexpr std::chrono::minutes kAge{1};
+  std::error_code error;
+  for (fs::directory_iterator entry(directory, error), end; !error && entry != end; entry.increment(error)) {
+    const pid_t writer = writer_of(entry->path().filename().string());
+    if (writer == 0 || !entry->is_regular_file(error)) continue;
+    const bool gone = kill(writer, 0) != 0 && errno == ESRCH;
+    if (gone && fs::file_time_type::clock::now() - entry->last_write_time(error) > kAge)
+      unlink(entry->path().c_str());
+  }
 }
 
 void make_directories(const std::filesystem::path& directory) {

@@ -42,4 +42,8 @@ void write_file(const std::filesystem::path& target, std::string_view bytes);
 /// Makes a folder and those it lies in; OutputError when it cannot.
 void make_directories(const std::filesystem::path& directory);
 
+/// Removes from a folder what processes that are gone, killed while they wrote, have left of files
+/// that are a minute old or more: a younger one may be another machine's.
+void remove_abandoned(const std::filesystem::path& directory);
+
 }  // namespace credence::internal

@@ -54,6 +54,7 @@ void require_own_files(const Document& document, const ReportFolder& directory) 
 void write_document(const Document& document, const ReportFolder& directory, const Provenance& provenance) {
   make_directories(directory);
   require_own_files(document, directory);
+  for (const char* folder : {".", "figures", "figures/panels"}) remove_abandoned(directory / folder);
   const std::vector<Drawing> drawings = draw_figures(document, directory);
   for (const DocumentFile& file : document.files) file.write(directory / file.name);
   write_file(directory / "index.html", html_page(document, drawings, provenance, directory));

@@ -1,6 +1,7 @@
 // `credence compare` as a user types it.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <string>
@@ -49,11 +50,13 @@ TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
   write("empty.json", "{\"schema\": 1, \"studies\": []}");
   ASSERT_EQ(run({"run", "a.toml", "--out", "a", "--quiet"}).code, 0);
   ASSERT_EQ(run({"sweep", "s.toml", "--runs", "64", "--out", "s", "--quiet"}).code, 0);
+  ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"compare", "a"}, "compare: takes two results or more"},
       {{"compare", "a", "nowhere"}, "nowhere: no such folder or document"},
-      {{"compare", "a", "a.toml"}, "a.toml: is no JSON"},
-      {{"compare", "a", "/dev/zero"}, "/dev/zero: is longer than 256 MiB, as no document is"},
+      {{"compare", "a", "a.toml"}, "a.toml:1: is no JSON, from column 2 on"},
+      {{"compare", "a", "/dev/zero"}, "/dev/zero: is no regular file"},
+      {{"compare", "a", "pipe"}, "pipe: is no regular file"},
       {{"compare", "empty.json", "a"}, "empty.json: holds no results to compare"},
       {{"compare", "s"}, "compare: takes two results or more"}};
   for (const auto& [arguments, message] : cases) {

@@ -61,6 +61,21 @@ TEST_F(LoggedExperiment, CtrlCLeavesWholeLogsOfTheRunsThatItReports) {
   EXPECT_EQ(check["nees"], run["nees"]);
 }
 
+// Within the first chunk, of which some logs are there.
+TEST_F(LoggedExperiment, CtrlCBeforeAResultLeavesTheLogsAndSaysSo) {
+  const pid_t child = start(
+      {"run", scenario_file("planar_loop"), "--runs", "64", "--threads", "1", "--log", "logs", "--quiet"});
+  wait_for([&] { return fs::exists(folder_ / "logs" / "run-000002.csv"); });
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  ASSERT_EQ(f.code, 130) << f.err;
+  EXPECT_NE(f.err.find("interrupted before the first runs were judged; those whose logs are in logs can be: "
+                       "credence check logs; --fresh begins anew"),
+            std::string::npos)
+      << f.err;
+  EXPECT_GE(json({"check", "logs", "--format", "json", "--quiet"})["runs"], 3);
+}
+
 // The states of these worlds are no vectors: what their logs hold differs by the error in the judged chart.
 TEST_F(LoggedExperiment, WorldsOnGroupsRunSweepAndLog) {
   for (const char* name : {"localisation", "inertial"}) {

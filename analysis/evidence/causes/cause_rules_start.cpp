@@ -73,7 +73,7 @@ DeadReckoning dead_reckoning_of(const Findings& findings) {
       run_mean_p_values(findings.nees_of_runs_before_innovations, 1.0).two_sided() <= cause_level(findings);
   return {.steps = steps,
           .excess = excess_of_steps(findings.nees, 0, steps),
-          .fits = !any_step_outside(findings.nees, 0, steps) && !wrong_on_average};
+          .fits = !any_step_outside(findings.nees, steps) && !wrong_on_average};
 }
 
 // NEES of a Gaussian error of any covariance is Σ cᵢ χ²(1), whose variance 2 Σ cᵢ² is at most twice the
@@ -186,7 +186,7 @@ bool nees_dies_out(const Findings& findings) {
   // Of a linear filter what a wrong P0 does is most at the first step.
   if (!findings.nonlinear && grows_after_first_step(findings.nees, cause_quantile(findings, 1.0)))
     return false;
-  return dies_out(findings.nees, any_step_outside(findings.nees, 0, first_fifth(findings.nees)));
+  return dies_out(findings.nees, any_step_outside(findings.nees, first_fifth(findings.nees)));
 }
 
 // The sum over the first fifth is a test of its own beside those of single steps.
@@ -194,7 +194,7 @@ bool nis_dies_out(const Findings& findings) {
   const ConsistencyVerdict& nis = findings.nis;
   const std::size_t first = first_fifth(nis);
   return dies_out(nis,
-                  any_step_outside(nis, 0, first) || p_value_of_sum(nis, 0, first) <= cause_level(findings));
+                  any_step_outside(nis, first) || p_value_of_sum(nis, 0, first) <= cause_level(findings));
 }
 
 // The span of one direction that lies in the first fifth, where the other one rejects later; none: first = 0.

@@ -23,8 +23,6 @@ double normal_upper_quantile(double probability) {
   return quantile(complement(boost::math::normal(), probability));
 }
 
-bool is_tested(const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; }
-
 /// Beyond the pointwise band where all lags together speak, else beyond that of all causes together.
 double lag_1_band_of(const WhitenessTest& whiteness, const Findings& findings) {
   const double band = whiteness.band.at(0);
@@ -100,7 +98,7 @@ double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std
   double sum = 0.0, dof = 0.0;
   for (std::size_t k = first; k < last; ++k) {
     const StepTest& step = verdict.steps[k];
-    if (!is_tested(step)) continue;
+    if (!step.has_data()) continue;
     sum += static_cast<double>(step.count) * step.mean;
     dof += step.total_dof;
   }
@@ -121,7 +119,7 @@ std::size_t first_fifth(const ConsistencyVerdict& verdict) {
 }
 
 const StepTest* first_step(const ConsistencyVerdict& verdict) {
-  const auto first = std::ranges::find_if(verdict.steps, is_tested);
+  const auto first = std::ranges::find_if(verdict.steps, &StepTest::has_data);
   return first == verdict.steps.end() ? nullptr : &*first;
 }
 
@@ -130,8 +128,8 @@ bool starts_wrong(const ConsistencyVerdict& verdict, double level) {
   return first != nullptr && first->p_value <= level;
 }
 
-bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
-  for (std::size_t k = first; k < last; ++k) {
+bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t steps) {
+  for (std::size_t k = 0; k < steps; ++k) {
     const StepTest& step = verdict.steps[k];
     if (step.mean < step.simultaneous_lower || step.mean > step.simultaneous_upper) return true;
   }

@@ -54,8 +54,8 @@ const StepTest* first_step(const ConsistencyVerdict& verdict);
 /// Whether the first step with data is wrong (χ²).
 bool starts_wrong(const ConsistencyVerdict& verdict, double level);
 
-/// Whether one of the steps first … last − 1 leaves the bounds that all keep together.
-bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last);
+/// Whether one of the first `steps` steps leaves the bounds that all keep together.
+bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t steps);
 
 /// Whether the second half has the excess still, and of the same sign.
 bool stays(double excess, const ConsistencyVerdict& verdict);

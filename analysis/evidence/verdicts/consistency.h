@@ -48,6 +48,8 @@ struct StepTest {
   std::int64_t count = 0;  ///< runs that contributed
   double total_dof = 0.0;  ///< sum over these runs of their dof
   bool outside = false;    ///< the mean lies outside the pointwise bounds
+
+  bool has_data() const { return count > 0 && total_dof > 0.0; }
 };
 
 /// Steps that reject in one direction, from 1; none: first = 0.

@@ -42,8 +42,6 @@ bool tells_too_small(const StepTest& step) {
   return step.total_dof > kFewDof && (step.mean > 0.0 || step.count >= kFewRuns);
 }
 
-bool has_data(const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; }
-
 StepTest step_without_data(const Moments& moments, double dof) {
   StepTest step;
   step.mean = step.expected = step.lower = step.upper = kNaN;
@@ -114,7 +112,7 @@ std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double al
   std::vector<double> p_values;  // those that may be rejected
   std::size_t tests = 0, rejected = 0;
   for (const StepTest& step : steps) {
-    if (!has_data(step)) continue;
+    if (!step.has_data()) continue;
     ++tests;
     if (step.p_value <= alpha) p_values.push_back(step.p_value);
   }
@@ -129,7 +127,7 @@ void add_steps(std::span<const Moments> per_step, std::span<const double> dofs, 
   result.steps.reserve(dofs.size());
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     StepTest step = step_without_data(per_step[k], dofs[k]);
-    if (has_data(step)) {
+    if (step.has_data()) {
       step.mean = per_step[k].mean;
       ++result.steps_tested;
     } else {
@@ -144,7 +142,7 @@ std::string reason_not_to_judge(const ConsistencyVerdict& result) {
   if (result.steps_tested == 0) return "no data: no step has both runs and degrees of freedom";
   for (std::size_t k = 0; k < result.steps.size(); ++k) {
     const StepTest& step = result.steps[k];
-    if (!has_data(step)) continue;
+    if (!step.has_data()) continue;
     if (std::isnan(step.mean)) return fmt::format("the mean of step {} is not a number", k + 1);
     if (step.mean < 0.0) return fmt::format("the mean {} of step {} is negative", step.mean, k + 1);
   }
@@ -153,7 +151,7 @@ std::string reason_not_to_judge(const ConsistencyVerdict& result) {
 
 std::vector<StepTest> tested_steps(const ConsistencyVerdict& result) {
   std::vector<StepTest> tested;
-  std::copy_if(result.steps.begin(), result.steps.end(), std::back_inserter(tested), has_data);
+  std::ranges::copy_if(result.steps, std::back_inserter(tested), &StepTest::has_data);
   return tested;
 }
 
@@ -167,7 +165,7 @@ void test_steps(const VerdictLaws& laws, double simultaneous_level, ConsistencyV
   StepLaw pointwise(laws, result.confidence);
   StepLaw simultaneous(laws, 1.0 - simultaneous_level);
   for (StepTest& step : result.steps) {
-    if (!has_data(step)) continue;
+    if (!step.has_data()) continue;
     test_step(pointwise, step);
     simultaneous.prepare(step);
     const double count = static_cast<double>(step.count);
@@ -183,7 +181,7 @@ void summarise_steps(ConsistencyVerdict& result) {
   std::int64_t outside = 0;
   for (std::size_t k = 0; k < result.steps.size(); ++k) {
     const StepTest& step = result.steps[k];
-    if (!has_data(step)) continue;
+    if (!step.has_data()) continue;
     sum += static_cast<double>(step.count) * step.mean;
     expected += static_cast<double>(step.count) * step.expected;
     result.dof += step.total_dof;
@@ -247,7 +245,7 @@ void conclude(const Joint& joint, bool runs, ConsistencyVerdict& result) {
   Direction up, down;
   for (std::size_t k = 0; k < result.steps.size(); ++k) {
     const StepTest& step = result.steps[k];
-    if (!has_data(step)) continue;
+    if (!step.has_data()) continue;
     const bool high = step.mean > step.expected;
     Direction& direction = high ? up : down;
     direction.step = std::min(direction.step, step.p_value);

@@ -32,14 +32,16 @@ DirectedPValues bound_p_values(const SkewedMoments& moments, double expected, do
   return {.optimistic = tails.upper, .pessimistic = tails.lower};
 }
 
-// All equal, or as good as that: of others m2 to the power of 1.5 is a number.
+// All equal but for rounding; of others m2 to the power of 1.5 is a number.
 bool are_equal(const SkewedMoments& moments, double expected) {
-  constexpr double kEqual = 1e-60;
+  constexpr double kEqual = 1e-24;
   return moments.m2 <= kEqual * expected * expected;
 }
 
-// Their mean is what they say.
+// Their mean is what they say, to as many digits as a log may have.
 DirectedPValues equal_runs_p_values(double mean, double expected) {
+  constexpr double kRounding = 1e-6;
+  if (std::abs(mean - expected) <= kRounding * expected) return {};
   return {.optimistic = mean > expected ? 0.0 : 1.0, .pessimistic = mean < expected ? 0.0 : 1.0};
 }
 

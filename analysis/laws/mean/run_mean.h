@@ -46,7 +46,8 @@ struct DirectedPValues {
 
 /// The p-values of E X = expected. least_dof: the smallest dof n_k of any step of any run; 1 holds always and
 /// is the weakest. NaN for no runs, or a mean that is not finite or negative; runs that are all equal decide
-/// by their mean. Throws std::invalid_argument unless expected > 0 and least_dof > 0 are finite.
+/// by their mean, unless it is as expected to 1e-6. Throws std::invalid_argument unless expected > 0 and
+/// least_dof > 0 are finite.
 DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expected, double least_dof = 1.0);
 
 /// The least two-sided p-value of E X = expected of several averages, NaN left out, and how many there are.

@@ -13,22 +13,21 @@ inline constexpr std::int64_t kChartedBoundRuns = 16;
 /// in the axes of the body, where motion depends on the state by no more than biases of what is read, given
 /// what is read. To first order in the errors, as curvature of the group is.
 template <ChartedModel Model>
-PosteriorBound charted_bound(Model model, Chart judged, const PlugSettings& settings,
-                             std::int64_t runs = kChartedBoundRuns) {
+PosteriorBound charted_bound(Model model, Chart judged, const PlugSettings& settings) {
   using Group = typename Model::Group;
   const auto shared = std::make_shared<const Model>(std::move(model));
   const ChartedWorld<Model> world(shared, judged);
   const NoiseSource source = settings.source();
   std::vector<Group> truths;
   std::vector<Matrix> P0;
-  for (std::int64_t run = 0; run < runs; ++run) {
+  for (std::int64_t run = 0; run < kChartedBoundRuns; ++run) {
     NoiseDraw initial(source, run, 0, NoisePurpose::initial);
     truths.push_back(world.initial(initial));
     P0.push_back(transported(typename Group::Jacobian(world.prior().covariance), truths.back(),
                              Chart::componentwise, Chart::right));
   }
   PosteriorRecursion recursion(std::move(P0), PosteriorRecursion::Motion::of_input);
-  BoundRecorder recorder(shared->layout(), runs);
+  BoundRecorder recorder(shared->layout(), kChartedBoundRuns);
   std::vector<PosteriorRecursion::Truth> steps(truths.size());
   for (std::int64_t k = 1; k <= settings.steps; ++k) {
     stop_point();
@@ -53,7 +52,7 @@ PosteriorBound charted_bound(Model model, Chart judged, const PlugSettings& sett
     Vector bound = Vector::Zero(Group::kDim), at_truth = Vector::Zero(Group::kDim);
     const auto add = [&](const Matrix& P, std::size_t i, Vector& sum) {
       sum += transported(typename Group::Jacobian(P), truths[i], Chart::right, judged).diagonal() /
-             static_cast<double>(runs);
+             static_cast<double>(kChartedBoundRuns);
     };
     for (std::size_t i = 0; i < truths.size(); ++i) {
       add(recursion.bound(i), i, bound);

@@ -27,7 +27,7 @@ KeyRow pendulum_key(std::string_view section, std::string_view name, std::string
 
 std::vector<KeyRow> pendulum_keys() {
   return {
-      time_step_key(),
+      planar_row("world", "dt"),
       pendulum_key("world", "start_angle_deg", "deg", "angle from the vertical at the start, as believed",
                    90.0),
       pendulum_key("noise", "angular_acceleration_density", "rad^2/s^3",

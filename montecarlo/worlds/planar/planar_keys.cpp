@@ -36,30 +36,6 @@ KeyRow planar_row(std::string_view section, std::string_view name, bool (*accept
   return row;
 }
 
-KeyRow speed_key() {
-  return {"world", "speed", "m/s", "speed along the path",
-          real_field<kWorld, &W::speed>(Interval::kPositive)};
-}
-
-KeyRow time_step_key() {
-  return {"world", "dt", "s", "time of one step", real_field<kWorld, &W::dt>(Interval::kPositive)};
-}
-
-KeyRow range_std_key() {
-  return {"noise", "range_std", "m", "standard deviation of a measured range",
-          real_field<kNoise, &N::range_std>(Interval::kNotNegative)};
-}
-
-KeyRow bearing_std_key() {
-  return {"noise", "bearing_std_deg", "deg", "standard deviation of a measured bearing",
-          real_field<kNoise, &N::bearing_std_deg>(Interval::kNotNegative)};
-}
-
-KeyRow initial_position_key() {
-  return {"initial", "position_std", "m", "standard deviation of each coordinate of the vehicle at the start",
-          real_field<kInitial, &I::position_std>(Interval::kNotNegative)};
-}
-
 std::vector<KeyRow> planar_keys() {
   std::vector<KeyRow> keys = slam_keys();
   keys.insert(
@@ -70,8 +46,8 @@ std::vector<KeyRow> planar_keys() {
         choice_field<kWorld, &W::path>(PathShape::line)},
        {"world", "path_radius", "m", "radius of the circle and of both loops of the eight; half the line",
         real_field<kWorld, &W::path_radius>(Interval::kPositive)},
-       speed_key(),
-       time_step_key(),
+       {"world", "speed", "m/s", "speed along the path", real_field<kWorld, &W::speed>(Interval::kPositive)},
+       {"world", "dt", "s", "time of one step", real_field<kWorld, &W::dt>(Interval::kPositive)},
        {"world", "sensor_min_range", "m", "landmarks nearer than this are not seen",
         real_field<kWorld, &W::sensor_min_range>(Interval::kNotNegative)},
        {"world", "sensor_range", "m", "landmarks farther away are not seen",
@@ -84,9 +60,12 @@ std::vector<KeyRow> planar_keys() {
         real_field<kNoise, &N::turn_rate_std>(Interval::kNotNegative), is_unicycle, kOnlyUnicycle},
        {"noise", "steering_std_deg", "deg", "standard deviation of the steering angle",
         real_field<kNoise, &N::steering_std_deg>(Interval::kNotNegative), is_steered, kOnlySteered},
-       range_std_key(),
-       bearing_std_key(),
-       initial_position_key(),
+       {"noise", "range_std", "m", "standard deviation of a measured range",
+        real_field<kNoise, &N::range_std>(Interval::kNotNegative)},
+       {"noise", "bearing_std_deg", "deg", "standard deviation of a measured bearing",
+        real_field<kNoise, &N::bearing_std_deg>(Interval::kNotNegative)},
+       {"initial", "position_std", "m", "standard deviation of each coordinate of the vehicle at the start",
+        real_field<kInitial, &I::position_std>(Interval::kNotNegative)},
        {"initial", "heading_std_deg", "deg", "standard deviation of the heading at the start",
         real_field<kInitial, &I::heading_std_deg>(Interval::kNotNegative)}});
   return keys;

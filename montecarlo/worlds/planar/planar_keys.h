@@ -14,11 +14,4 @@ std::vector<KeyRow> planar_keys();
 KeyRow planar_row(std::string_view section, std::string_view name,
                   bool (*accepted)(const Scenario&) = nullptr, std::string_view accepted_when = {});
 
-/// Rows that other worlds have too, with another condition perhaps.
-KeyRow speed_key();
-KeyRow time_step_key();
-KeyRow range_std_key();
-KeyRow bearing_std_key();
-KeyRow initial_position_key();
-
 }  // namespace credence::internal

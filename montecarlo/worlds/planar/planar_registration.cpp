@@ -23,10 +23,6 @@ void check_planar(const Scenario& scenario, const Refusal& refuse) {
   check_inflation(scenario, refuse);
 }
 
-BlockLayout planar_blocks(const Scenario& scenario) {
-  return {.vehicle = 3, .landmark = 2, .landmarks = scenario.world.landmarks};
-}
-
 /// Places of landmarks, and a control a step.
 double least_planar_doubles(const Scenario& scenario) {
   return 2.0 * static_cast<double>(scenario.world.landmarks + scenario.world.anchors + scenario.study.steps);
@@ -108,7 +104,7 @@ constinit const World kPlanarWorld = {.schema = {.name = "planar",
                                                  .keys = planar_keys,
                                                  .set_defaults = set_planar_defaults,
                                                  .check = check_planar,
-                                                 .blocks = planar_blocks},
+                                                 .blocks = plane_slam_blocks},
                                       .experiment = planar_experiment,
                                       .least_doubles = least_planar_doubles,
                                       .size_text = slam_size_text,

@@ -1,5 +1,6 @@
 #include "core/filters/estimators/estimators.h"
 #include "core/filters/estimators/jacobian_rows.h"
+#include "core/names_in.h"
 #include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
@@ -119,11 +120,7 @@ EstimatorProfile PlanarSlamContest::profile(std::string_view name, const TakeRow
   return profile;
 }
 
-std::vector<std::string_view> planar_names(const Scenario*) {
-  std::vector<std::string_view> names;
-  for (const EstimatorKind& kind : estimator_kinds()) names.push_back(kind.name);
-  return names;
-}
+std::vector<std::string_view> planar_names(const Scenario*) { return names_in(estimator_kinds()); }
 
 std::unique_ptr<EstimatorContest> planar_contest(const Scenario& scenario) {
   return std::make_unique<PlanarSlamContest>(scenario);

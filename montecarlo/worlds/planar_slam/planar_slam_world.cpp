@@ -91,23 +91,13 @@ void set_planar_slam_defaults(Scenario& scenario) {
 }
 
 void check_planar_slam(const Scenario& scenario, const Refusal& refuse) {
-  check_estimator(scenario, refuse, kPlanarSlamOffer);
-  if (scenario.world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
-  check_sensor_range(scenario, refuse);
-}
-
-BlockLayout planar_slam_blocks(const Scenario& scenario) {
-  return {.vehicle = 3, .landmark = 2, .landmarks = scenario.world.landmarks};
+  check_contested_slam(scenario, refuse, kPlanarSlamOffer);
 }
 
 /// A dense P, and a pose and a control a step.
 double least_planar_slam_doubles(const Scenario& scenario) {
   const double n = 3.0 + 2.0 * static_cast<double>(scenario.world.landmarks);
   return n * n + 5.0 * static_cast<double>(scenario.study.steps);
-}
-
-std::string planar_slam_size_text(const Scenario& scenario) {
-  return fmt::format("world.landmarks = {}", scenario.world.landmarks);
 }
 
 std::string planar_slam_text(const Scenario& scenario) {
@@ -161,10 +151,10 @@ constinit const World kPlanarSlamWorld = {
                .keys = planar_slam_keys,
                .set_defaults = set_planar_slam_defaults,
                .check = check_planar_slam,
-               .blocks = planar_slam_blocks},
+               .blocks = plane_slam_blocks},
     .experiment = planar_slam_experiment,
     .least_doubles = least_planar_slam_doubles,
-    .size_text = planar_slam_size_text,
+    .size_text = landmarks_size_text,
     .text = planar_slam_text,
     .figure = RunFigure::plane_slam,
     .estimators = &kPlanarSlamOffer,

@@ -1,6 +1,7 @@
 #include <Eigen/QR>
 #include <map>
 
+#include "core/names_in.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/contest_player.h"
@@ -148,11 +149,7 @@ EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& t
   return profile;
 }
 
-std::vector<std::string_view> spatial_names(const Scenario*) {
-  std::vector<std::string_view> names;
-  for (const SpatialKind& kind : spatial_kinds()) names.push_back(kind.name);
-  return names;
-}
+std::vector<std::string_view> spatial_names(const Scenario*) { return names_in(spatial_kinds()); }
 
 std::unique_ptr<EstimatorContest> spatial_contest(const Scenario& scenario) {
   return std::make_unique<SpatialContest>(scenario);

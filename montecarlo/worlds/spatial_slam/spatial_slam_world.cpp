@@ -110,9 +110,7 @@ void set_spatial_slam_defaults(Scenario& scenario) {
 }
 
 void check_spatial_slam(const Scenario& scenario, const Refusal& refuse) {
-  check_estimator(scenario, refuse, kSpatialOffer);
-  if (scenario.world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
-  check_sensor_range(scenario, refuse);
+  check_contested_slam(scenario, refuse, kSpatialOffer);
 }
 
 BlockLayout spatial_slam_blocks(const Scenario&) { return {.vehicle = 6, .landmark = 0, .landmarks = 0}; }
@@ -120,10 +118,6 @@ BlockLayout spatial_slam_blocks(const Scenario&) { return {.vehicle = 6, .landma
 double least_spatial_slam_doubles(const Scenario& scenario) {
   const double n = 6.0 + 3.0 * static_cast<double>(scenario.world.landmarks);
   return n * n + 26.0 * static_cast<double>(scenario.study.steps);
-}
-
-std::string spatial_slam_size_text(const Scenario& scenario) {
-  return fmt::format("world.landmarks = {}", scenario.world.landmarks);
 }
 
 std::string spatial_slam_text(const Scenario& scenario) {
@@ -189,7 +183,7 @@ constinit const World kSpatialSlamWorld = {
                .blocks = spatial_slam_blocks},
     .experiment = spatial_slam_experiment,
     .least_doubles = least_spatial_slam_doubles,
-    .size_text = spatial_slam_size_text,
+    .size_text = landmarks_size_text,
     .text = spatial_slam_text,
     .figure = RunFigure::states,
     .estimators = &kSpatialOffer,

@@ -21,12 +21,6 @@ constexpr std::string_view kOnlyRangeBearing =
 bool measures_position(const Scenario& s) { return word_value(s, "world.sensor") == "position"; }
 bool measures_range(const Scenario& s) { return !measures_position(s); }
 
-KeyRow only_range_bearing(KeyRow row) {
-  row.accepted = measures_range;
-  row.accepted_when = kOnlyRangeBearing;
-  return row;
-}
-
 std::vector<KeyRow> tracking_keys() {
   return {
       {"world", "dimensions", "", "of the space in which the target moves",
@@ -36,16 +30,16 @@ std::vector<KeyRow> tracking_keys() {
        own_choice("world.sensor", {"position", "range_bearing"})},
       {"world", "target_range", "m", "distance of the target abeam of the sensor at the start",
        own_real("world.target_range", 100.0, Interval::kPositive)},
-      speed_key(),
-      time_step_key(),
+      planar_row("world", "speed"),
+      planar_row("world", "dt"),
       {"noise", "acceleration_density", "m^2/s^3",
        "power spectral density of the target's white noise acceleration, of each coordinate",
        own_real("noise.acceleration_density", 0.1, Interval::kNotNegative)},
       {"noise", "position_std", "m", "standard deviation of a measured coordinate",
        own_real("noise.position_std", 1.0, Interval::kNotNegative), measures_position, kOnlyPosition},
-      only_range_bearing(range_std_key()),
-      only_range_bearing(bearing_std_key()),
-      initial_position_key(),
+      planar_row("noise", "range_std", measures_range, kOnlyRangeBearing),
+      planar_row("noise", "bearing_std_deg", measures_range, kOnlyRangeBearing),
+      planar_row("initial", "position_std"),
       {"initial", "velocity_std", "m/s", "standard deviation of each coordinate of the velocity at the start",
        own_real("initial.velocity_std", 1.0, Interval::kNotNegative)},
       process_scale_key(),

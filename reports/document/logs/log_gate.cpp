@@ -15,6 +15,7 @@
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/study/judgement_report.h"
 #include "reports/render/html_text.h"
+#include "reports/render/parsed_json.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {
@@ -102,9 +103,11 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
     throw std::invalid_argument(
         fmt::format("--baseline {}: is not a document of `credence check --format json`", baseline));
   };
-  const Json before = Json::parse(document, nullptr, false);
-  if (before.is_discarded() || !before.is_object() || !before.contains("verdict") ||
-      !before.contains("nees") || !before.contains("unmatched_rows") || !before["verdict"].is_string()) {
+  const Json before = parsed_json("--baseline " + baseline, document);
+  require_schema("--baseline " + baseline, before);
+  if (!before.is_object() || !before.contains("verdict") || !before.contains("nees") ||
+      !before.contains("unmatched_rows") || !before["verdict"].is_string() ||
+      !verdict_named(before["verdict"].get<std::string>())) {
     refuse();
   }
   const Judgement& now = logs.analysis.judgement;
@@ -112,7 +115,7 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
   gate.baseline = baseline;
   gate.level = 1.0 - now.confidence;
   gate.verdict_before = before["verdict"].get<std::string>();
-  const Verdict then = verdict_named(gate.verdict_before).value_or(Verdict::undecided);
+  const Verdict then = *verdict_named(gate.verdict_before);
   gate.became_inconsistent = is_inconsistent(now.word.verdict) &&
                              (!is_inconsistent(then) || (is_unsafe(now.word.verdict) && !is_unsafe(then)));
   if (gate.became_inconsistent) {

@@ -23,6 +23,7 @@
 #include "reports/document/verdict_text.h"
 #include "reports/figures/step_axis.h"
 #include "reports/render/json_numbers.h"
+#include "reports/render/parsed_json.h"
 
 namespace credence::internal {
 namespace {
@@ -39,29 +40,35 @@ std::vector<double> ratios_of(const ConsistencyVerdict& v) {
   return ratios;
 }
 
+/// The object under a key, an empty one where there is none.
+Json object(const Json& j, const char* key) {
+  const auto found = j.find(key);
+  if (found == j.end() || found->is_null()) return Json::object();
+  return found->get_ref<const Json::object_t&>();
+}
+
 /// The number under a key, NaN where there is none.
 double number(const Json& j, const char* key) {
   const auto found = j.find(key);
-  return found != j.end() && found->is_number() ? found->get<double>() : kNaN;
+  return found == j.end() || found->is_null() ? kNaN : found->get<double>();
 }
 
 ComparedMean mean_of(const Json& document, const char* key) {
-  const auto found = document.find(key);
-  if (found == document.end() || !found->is_object()) return {kNaN, kNaN};
-  return {number(*found, "mean"), number(*found, "expected")};
+  const Json mean = object(document, key);
+  return {number(mean, "mean"), number(mean, "expected")};
 }
 
-/// Throws Json::exception where a member is missing or of another kind, std::invalid_argument for a p-value
-/// or a confidence that is none.
+/// Throws Json::exception where a member is missing or of another kind, std::invalid_argument for a verdict,
+/// a p-value or a confidence that is none.
 ComparedStudy compared_document(const std::string& name, const Json& j) {
   ComparedStudy study{.name = name,
                       .runs = j.at("runs").get<std::int64_t>(),
                       .verdict = j.at("verdict").get<std::string>(),
-                      .p_value = number(j.value("word", Json::object()), "p_value"),
+                      .p_value = number(object(j, "word"), "p_value"),
                       .nees = mean_of(j, "nees"),
                       .nis = mean_of(j, "nis")};
   if (j.contains("vehicle_nees")) study.pose = mean_of(j, "vehicle_nees");
-  const Json factor = j.at("nees").value("factor", Json::object());
+  const Json factor = object(j.at("nees"), "factor");
   study.factor.mean = number(factor, "value");
   study.factor.lower = number(factor, "lower");
   study.factor.upper = number(factor, "upper");
@@ -70,6 +77,11 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   const auto refuse = [&](const char* what, double value, const char* accepted) {
     throw std::invalid_argument(fmt::format("{}: {} = {}: must lie in {}", name, what, value, accepted));
   };
+  if (!verdict_named(study.verdict)) {
+    throw std::invalid_argument(
+        fmt::format("{}: verdict = {}: accepted are consistent, optimistic, pessimistic, mixed and undecided",
+                    name, study.verdict));
+  }
   if (study.p_value < 0.0 || study.p_value > 1.0) refuse("word.p_value", study.p_value, "[0, 1]");
   if (study.confidence <= 0.0 || study.confidence >= 1.0) {
     refuse("nees.confidence", study.confidence, "(0, 1)");
@@ -83,10 +95,6 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
 std::string mean_text(const ComparedMean& m) {
   if (!std::isfinite(m.mean)) return "–";
   return fmt::format("{} of {}", number_text(m.mean, 4), number_text(m.expected, 4));
-}
-
-std::string mean_interval_text(const MeanInterval& i) {
-  return std::isfinite(i.mean) ? interval_text(i.mean, i.lower, i.upper) : "–";
 }
 
 Json mean_json(const ComparedMean& m) { return {{"mean", m.mean}, {"expected", m.expected}}; }
@@ -229,9 +237,6 @@ Figure comparison_figure(std::span<const ComparedStudy> studies, double confiden
   return figure;
 }
 
-/// |log| of the factor on P.
-double factor_distance(const ComparedStudy& study) { return std::abs(std::log(study.factor.mean)); }
-
 /// The one whose factor on P is nearest to 1, where no interval of another has a factor that is as near.
 const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies) {
   const ComparedStudy* nearest = nullptr;
@@ -298,6 +303,12 @@ CellTone verdict_tone(const std::string& verdict) {
   const std::optional<Verdict> known = verdict_named(verdict);
   return known ? verdict_cell(*known).tone : CellTone::plain;
 }
+
+std::string mean_interval_text(const MeanInterval& i) {
+  return std::isfinite(i.mean) ? interval_text(i.mean, i.lower, i.upper) : "–";
+}
+
+double factor_distance(const ComparedStudy& study) { return std::abs(std::log(study.factor.mean)); }
 
 std::vector<std::vector<FactorChange>> changes_from_first(std::span<const ComparedStudy> studies,
                                                           double confidence) {
@@ -367,8 +378,8 @@ ComparedStudy compared(const StudyAnalysis& a) {
 }
 
 std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json) {
-  const Json document = Json::parse(json, nullptr, false);
-  if (document.is_discarded()) throw std::invalid_argument(fmt::format("{}: is no JSON", name));
+  const Json document = parsed_json(name, json);
+  require_schema(name, document);
   std::vector<ComparedStudy> studies;
   try {
     if (document.contains("studies") && document["studies"].is_array()) {

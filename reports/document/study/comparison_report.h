@@ -89,6 +89,12 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
 /// That of a verdict by its name.
 CellTone verdict_tone(const std::string& verdict);
 
+/// "1.06 (1.02 … 1.11)"; a dash where the mean is not known.
+std::string mean_interval_text(const MeanInterval& interval);
+
+/// |log| of the factor on P.
+double factor_distance(const ComparedStudy& study);
+
 /// What `credence compare` says (JSON: docs/formats.md): which studies cannot be trusted, whose factor on P
 /// is nearest to one, NEES and NIS step by step, and what each differs by from the first.
 Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence);

@@ -155,7 +155,7 @@ Json verdict_json(const ConsistencyVerdict& v) {
     lower.push_back(step.lower);
     upper.push_back(step.upper);
     p_values.push_back(step.p_value);
-    if (step.count > 0 && step.total_dof > 0.0) last = {step.lower, step.upper};
+    if (step.has_data()) last = {step.lower, step.upper};
   }
   Json j;
   j["mean"] = v.mean;

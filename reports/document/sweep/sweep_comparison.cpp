@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 
@@ -46,8 +45,6 @@ std::vector<ComparedCell> compared_cells(const std::vector<ComparedStudy>& studi
   return cells;
 }
 
-double distance(const ComparedStudy& study) { return std::abs(std::log(study.factor.mean)); }
-
 ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence) {
   if (cells.empty())
     return {CellTone::caution,
@@ -57,7 +54,7 @@ ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence
   std::string where;
   for (const ComparedCell& cell : cells) {
     if (cell.adjusted > 1.0 - confidence) continue;
-    if (!(distance(*cell.after) > distance(*cell.before))) {
+    if (!(factor_distance(*cell.after) > factor_distance(*cell.before))) {
       ++nearer;
     } else if (++farther <= kNamed) {
       append_item(where, cell.after->cell, "; ");
@@ -76,11 +73,6 @@ ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence
                   farther > kNamed ? fmt::format(" and {} more", farther - kNamed) : "")};
 }
 
-std::string factor_text(const ComparedStudy& study) {
-  const MeanInterval& f = study.factor;
-  return std::isfinite(f.mean) ? interval_text(f.mean, f.lower, f.upper) : "–";
-}
-
 ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::vector<ComparedCell>& cells,
                         double confidence) {
   using enum ColumnAlign;
@@ -97,8 +89,9 @@ ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::ve
     const bool differs = cell.adjusted <= 1.0 - confidence;
     table.add({cell.after->cell, cell.after->name,
                TableCell(cell.before->verdict, verdict_tone(cell.before->verdict)),
-               TableCell(cell.after->verdict, verdict_tone(cell.after->verdict)), factor_text(*cell.before),
-               factor_text(*cell.after), cell.difference,
+               TableCell(cell.after->verdict, verdict_tone(cell.after->verdict)),
+               mean_interval_text(cell.before->factor), mean_interval_text(cell.after->factor),
+               cell.difference,
                TableCell(p_value_text(cell.adjusted), differs ? CellTone::caution : CellTone::muted)});
   }
   table.notes.push_back(

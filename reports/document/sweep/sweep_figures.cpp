@@ -20,8 +20,6 @@ namespace {
 /// One of the two verdicts of a study.
 using VerdictOf = ConsistencyVerdict StudyAnalysis::*;
 
-double level_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
-
 bool is_numeric(const SweepAxis& axis) { return !std::isnan(swept_number(axis.values.front())); }
 
 /// Whether values spread like powers: all positive, and the middle one nearer to the geometric than to the
@@ -116,7 +114,7 @@ Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what
               .y_label = fmt::format("mean {} / expected", what),
               .log_x = is_geometric(values),
               .log_y = true};
-  panel.series = {band.series(level_of(sweep)), level_series("expected", ColourRole::neutral, 1.0)};
+  panel.series = {band.series(sweep.confidence()), level_series("expected", ColourRole::neutral, 1.0)};
   Index i = 0;
   for (const auto& [label, c] : curves) {
     const ColourRole role = numbered_role(i++);
@@ -133,7 +131,7 @@ std::vector<Figure> curve_figures(const SweepAnalysis& sweep, std::size_t axis) 
                "Mean NEES and NIS over their expected values, logarithmic: 1 is consistent, above "
                "is optimistic, below pessimistic. Bars: factors on the claimed covariance that "
                "agree with what was measured, each at {:g} %; a bar without 1 is a verdict.",
-               100.0 * level_of(sweep)),
+               100.0 * sweep.confidence()),
            .rows = 1,
            .cols = 2,
            .panels = {curve_panel(sweep, axis, "NEES", &StudyAnalysis::nees),

@@ -18,9 +18,6 @@
 namespace credence::internal {
 namespace {
 
-/// The level of the tests of all configurations together.
-double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
-
 bool has_vehicle_nees(const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }
 
 void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& sweep) {
@@ -84,7 +81,7 @@ std::string family_note(const SweepAnalysis& sweep) {
       "stands: inconsistent also when all configurations are judged together. {} of {} {} inconsistent "
       "alone, {} {}; at most {:g} % of those that stand are expected to be false (Benjamini-Yekutieli).",
       alone, sweep.studies.size(), alone == 1 ? "is" : "are", together, together == 1 ? "stands" : "stand",
-      100.0 * (1.0 - confidence_of(sweep)));
+      100.0 * (1.0 - sweep.confidence()));
 }
 
 /// "world.landmarks = 3, filter.inflation = map".
@@ -223,7 +220,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   document["points"] = plan.points.size();
   document["skipped_impossible"] = plan.skipped;
   if (!sweep.rank_map.empty()) {
-    document["rank_map"] = rank_map_json(sweep.rank_map, confidence_of(sweep));
+    document["rank_map"] = rank_map_json(sweep.rank_map, sweep.confidence());
     return text_of_json(document);
   }
   Json configurations = Json::array();
@@ -248,7 +245,7 @@ Document sweep_document(SweepAnalysis given) {
   document.json = [shared] { return sweep_json(*shared); };
   std::vector<ReportTable> tables = {configuration_table(sweep)};
   if (map)
-    tables = {rank_map_table(sweep.rank_map, confidence_of(sweep)), rank_map_disagreements(sweep.rank_map)};
+    tables = {rank_map_table(sweep.rank_map, sweep.confidence()), rank_map_disagreements(sweep.rank_map)};
   document.brief.assign(tables.begin(), tables.end());
 
   std::vector<Figure> figures = map ? std::vector{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);

@@ -39,13 +39,6 @@ TEST(NumberField, what_is_shown_is_short_and_without_control_characters) {
   EXPECT_EQ(shown_field(""), "");
 }
 
-TEST(NumberField, blanks_are_trimmed_at_the_ends_alone) {
-  EXPECT_EQ(trim_blanks(" \t a b\t "), "a b");
-  EXPECT_EQ(trim_blanks("a"), "a");
-  EXPECT_EQ(trim_blanks(" \t"), "");
-  EXPECT_EQ(trim_blanks(""), "");
-}
-
 TEST(NumberField, LinesAreTakenApartAtCommasOrBetweenBlanks) {
   using Fields = std::vector<std::string_view>;
   EXPECT_EQ(comma_fields("a, b\t,,c d,"), (Fields{"a", "b", "", "c d", ""}));

@@ -92,6 +92,14 @@ TEST(Mrclam, NamesFileAndLineOfWhatIsImpossible) {
               HasSubstr(":1: a standard deviation is negative"));
   EXPECT_THAT(error("Robot2_Odometry.dat", "1001 0.1 0\n1000 0.1 0\n"),
               HasSubstr("Odometry.dat:2: time goes backwards from 1001.000 to 1000.000"));
+  EXPECT_THAT(error("Robot2_Odometry.dat", "1000 0.1 1e300\n"),
+              HasSubstr("Odometry.dat:1: turn rate 1e+300 rad/s is beyond 1000 rad/s"));
+  EXPECT_THAT(error("Robot2_Groundtruth.dat", "1000 3 1e20 0\n"),
+              HasSubstr("Groundtruth.dat:1: position 1e+20 m is beyond 1e+06 m"));
+  EXPECT_THAT(error("Landmark_Groundtruth.dat", "6 1e20 0 0 0\n"),
+              HasSubstr(":1: position 1e+20 m is beyond"));
+  EXPECT_THAT(error("Landmark_Groundtruth.dat", "6 0 0 1e300 0\n"),
+              HasSubstr(":1: standard deviation 1e+300 m is beyond"));
   EXPECT_THAT(error("Robot2_Groundtruth.dat", "#\n1000 3 0 4.2\n"),
               HasSubstr("Groundtruth.dat:2: heading 4.2"));
   EXPECT_THAT(error("Robot2_Measurement.dat", "1000 63 -1 0\n"), HasSubstr("Measurement.dat:1: range -1"));

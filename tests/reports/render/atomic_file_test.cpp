@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <climits>
 #include <string>
 
@@ -123,6 +124,33 @@ TEST(AtomicFile, IsNotStoppedByWhatAKilledProcessOfTheSameNumberLeft) {
   write_file(folder / "a.txt", "text");
   EXPECT_EQ(folder.read("a.txt"), "text");
   EXPECT_EQ(folder.entries(), 4);
+}
+
+/// A process that has been and is gone.
+pid_t gone_process() {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  waitpid(child, nullptr, 0);
+  return child;
+}
+
+TEST(AtomicFile, WhatKilledProcessesLeftIsRemoved) {
+  const TemporaryFolder folder;
+  const auto name = [](pid_t process) { return ".credence." + std::to_string(process) + ".3.tmp"; };
+  const auto hour_old = [&](const std::string& of) {
+    const std::filesystem::path file = folder.write(of, "half");
+    std::filesystem::last_write_time(file,
+                                     std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+    return file;
+  };
+  const pid_t gone = gone_process();
+  const auto left = hour_old(name(gone)), running = hour_old(name(getpid())), other = hour_old("a.tmp"),
+             longer = hour_old(name(gone) + "x");
+  const auto fresh = folder.write(".credence." + std::to_string(gone) + ".4.tmp", "half");
+  remove_abandoned(folder.path());
+  EXPECT_FALSE(std::filesystem::exists(left));
+  for (const auto& file : {running, other, longer, fresh}) EXPECT_TRUE(std::filesystem::exists(file)) << file;
+  remove_abandoned(folder / "missing");
 }
 
 TEST(AtomicFile, WritesNamesAsLongAsTheyCanBe) {

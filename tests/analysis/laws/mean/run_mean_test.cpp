@@ -190,6 +190,11 @@ TEST(RunMean, DegenerateSamples) {
   EXPECT_EQ(run_mean_p_values({.count = 30, .mean = 1.0}, 1.0).two_sided(), 1.0);
   EXPECT_EQ(run_mean_p_values({.count = 30}, 1.0).pessimistic, 0.0);
   EXPECT_EQ(run_mean_interval({.count = 30, .mean = 1.1}, 0.95).upper, 1.1);
+  // Errors of ±σ, written with nine digits.
+  SkewedMoments rounded;
+  for (int i = 0; i < 30; ++i) rounded.add(1.0 - 2e-10 + (i % 2 == 0 ? 1e-16 : 0.0));
+  EXPECT_EQ(run_mean_p_values(rounded, 1.0).two_sided(), 1.0);
+  EXPECT_EQ(run_mean_p_values({.count = 30, .mean = 1.0 - 1e-5}, 1.0).pessimistic, 0.0);
   // As good as equal: of a P of 1e160, where m2^1.5 and m3 are too small for a number.
   SkewedMoments tiny;
   for (int i = 0; i < 30; ++i) tiny.add(1e-160 * (1.0 + i % 3));

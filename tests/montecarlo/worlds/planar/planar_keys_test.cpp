@@ -39,12 +39,11 @@ TEST(PlanarKeys, ARowOfAnotherWorldHasItsOwnCondition) {
   ASSERT_NE(never.accepted, nullptr);
   EXPECT_FALSE(never.accepted(Scenario{}));
   EXPECT_EQ(never.accepted_when, "never");
-  for (const auto& [row, name] :
-       {std::pair(speed_key(), "speed"), std::pair(time_step_key(), "dt"),
-        std::pair(range_std_key(), "range_std"), std::pair(bearing_std_key(), "bearing_std_deg"),
-        std::pair(initial_position_key(), "position_std")}) {
-    EXPECT_EQ(row.name, name);
-    EXPECT_EQ(planar_row(row.section, row.name).meaning, row.meaning);
+  for (const KeyRow& row : planar_keys()) {
+    const KeyRow found = planar_row(row.section, row.name);
+    EXPECT_EQ(found.section, row.section) << row.name;
+    EXPECT_EQ(found.name, row.name);
+    EXPECT_EQ(found.meaning, row.meaning);
   }
 }
 

@@ -283,8 +283,8 @@ TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
   const CheckedLogs logs = checked(factors_of({}));
   for (
       const char* text :
-      {"", "{", "[]", "7", R"({"nees": {}})", R"({"verdict": 1, "nees": {}})",
-       R"({"verdict": "mixed", "nees": {}})",
+      {"[]", "7", R"({"verdict": "bananas", "nees": {}, "unmatched_rows": 0})", R"({"nees": {}})",
+       R"({"verdict": 1, "nees": {}})", R"({"verdict": "mixed", "nees": {}})",
        R"({"verdict": "mixed", "nees": {}, "unmatched_rows": 0, "outcomes": 5})",
        R"({"verdict": "mixed", "nees": {}, "unmatched_rows": 0, "calibration": {"units": "runs", "unit_names": 5}})",
        R"({"verdict": "mixed", "nees": {}, "unmatched_rows": 0, "calibration": {"units": "runs", "unit_names": [5]}})"}) {
@@ -292,6 +292,10 @@ TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
                 ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is not a document of")))
         << text;
   }
+  EXPECT_THAT([&] { gate_against(logs, "old.json", "{", kMargin); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json:1: is no JSON")));
+  EXPECT_THAT([&] { gate_against(logs, "old.json", R"({"schema": 99})", kMargin); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: schema = 99")));
 }
 
 NamedTest named(const char* name, double p, double adjusted) {

@@ -121,6 +121,18 @@ TEST(Comparison, DocumentsThatCannotBeComparedAreRefusedByName) {
   EXPECT_EQ(says(with("-9223372036854775808", "0.95")),
             "a.json: word.p_value = -9.223372036854776e+18: must lie in [0, 1]");
   EXPECT_EQ(says(with("0.25", "1.0")), "a.json: nees.confidence = 1: must lie in (0, 1)");
+  EXPECT_EQ(says("{\n \"runs\": 5,,\n}"), "a.json:2: is no JSON, from column 12 on");
+  const std::string rest = R"("runs": 5, "nees": {"mean": 4.0, "expected": 3.0}, )";
+  EXPECT_EQ(
+      says("{" + rest + R"("verdict": "bananas"})"),
+      "a.json: verdict = bananas: accepted are consistent, optimistic, pessimistic, mixed and undecided");
+  EXPECT_EQ(says("{" + rest + R"("verdict": "mixed", "schema": 99})"),
+            "a.json: schema = 99: this version of Credence reads 1");
+  for (const char* kind : {R"("word": 5)", R"("nis": {"mean": "x"})", R"("nis": 3)"}) {
+    EXPECT_THAT(says("{" + rest + R"("verdict": "mixed", )" + kind + "}"),
+                testing::HasSubstr("a.json: is not a document of"))
+        << kind;
+  }
   for (const char* none : {R"({"schema": 1, "studies": []})", R"({"configurations": [], "points": []})"})
     EXPECT_EQ(says(none), "a.json: holds no results to compare");
 }
