@@ -1,5 +1,6 @@
 #pragma once
 
+#include <iterator>
 #include <string_view>
 #include <vector>
 
@@ -9,6 +10,7 @@ namespace credence::internal {
 template <typename Range>
 std::vector<std::string_view> names_in(const Range& items) {
   std::vector<std::string_view> names;
+  names.reserve(std::size(items));
   for (const auto& item : items) names.push_back(item.name);
   return names;
 }

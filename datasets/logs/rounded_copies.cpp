@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 #include "core/types.h"
@@ -120,7 +121,6 @@ std::vector<RoundedCopies::Pair> RoundedCopies::pairs() const {
     std::size_t rows;  ///< kept, of which the value is of the last
     double value;
     std::size_t run;
-    auto operator<=>(const Key&) const = default;
   };
   std::vector<Key> keys;
   for (std::size_t r = 0; r < runs_.size(); ++r) {
@@ -130,7 +130,7 @@ std::vector<RoundedCopies::Pair> RoundedCopies::pairs() const {
     const double value = run.numbers[(rows - 1) * run.width];
     if (std::isfinite(value)) keys.push_back({rows, value, r});
   }
-  std::ranges::sort(keys);
+  std::ranges::sort(keys, {}, [](const Key& key) { return std::tuple(key.rows, key.value, key.run); });
   std::vector<Pair> found;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     for (std::size_t j = i + 1; j < std::min(keys.size(), i + 1 + kNeighbours); ++j) {

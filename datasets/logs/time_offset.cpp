@@ -122,6 +122,7 @@ class CommonErrors {
       for (std::size_t i = 0; i < taus.size(); ++i) all[i].merge(file[i]);
     }
     std::vector<double> costs;
+    costs.reserve(all.size());
     for (const Moments& nees : all) costs.push_back(cost(nees));
     return costs;
   }

@@ -35,6 +35,7 @@ class OtherTimes {
     return time_of_least_cost(
         [&](std::span<const double> times_s) {
           std::vector<double> costs;
+          costs.reserve(times_s.size());
           for (const double time_s : times_s) costs.push_back(nees(time_s, stride_for(kOnGrid)));
           return costs;
         },
