@@ -97,6 +97,17 @@ bool InverseRoot::iterate() {
   return false;
 }
 
+/// The eigenvectors of [1 r; r 1] are (1, 1) and (1, −1).
+bool InverseRoot::of_two() {
+  const double r = A_[1];
+  if (is_singular(2, 0.5 * (1.0 - r) * (1.0 + r))) return false;
+  const double along = 0.5 / std::sqrt(1.0 + r), across = 0.5 / std::sqrt(1.0 - r);
+  factors_[0] = factors_[3] = along + across;
+  factors_[1] = factors_[2] = along - across;
+  count_ = 1;
+  return true;
+}
+
 /// R to T.
 void InverseRoot::reduce() {
   const Index n = size_;
@@ -183,7 +194,7 @@ bool InverseRoot::compute(Index n, const double* R) {
   std::copy_n(R, n * n, A_.data());
   switch (n) {
     case 1: return iterate<1>();
-    case 2: return iterate<2>();
+    case 2: return of_two();
     case 3: return iterate<3>();
     case 4: return iterate<4>();
     case 5: return iterate<5>();

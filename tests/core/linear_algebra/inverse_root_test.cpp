@@ -49,8 +49,8 @@ TEST(InverseRoot, OfTwoRowsIsTheFormula) {
     ASSERT_TRUE(root.compute(2, R.data()));
     const Vector u = product(root, Vector{{3.0, 1.0}});
     const double sum = 4.0 / std::sqrt(1.0 + rho), difference = 2.0 / std::sqrt(1.0 - rho);
-    EXPECT_NEAR(u[0], 0.5 * (sum + difference), 1e-9 * difference) << rho;
-    EXPECT_NEAR(u[1], 0.5 * (sum - difference), 1e-9 * difference) << rho;
+    EXPECT_NEAR(u[0], 0.5 * (sum + difference), 1e-15 * difference) << rho;
+    EXPECT_NEAR(u[1], 0.5 * (sum - difference), 1e-15 * difference) << rho;
   }
 }
 
