@@ -30,9 +30,7 @@ std::string progress_sentence(const StoredStudy& study) {
                                  100.0 * static_cast<double>(runs) / static_cast<double>(asked));
   if (behind.count > 0) {
     text += fmt::format("; {} of them are not judged, as {} before them are missing", behind.count,
-                        study.is_sweep()
-                            ? "others"
-                            : fmt::format("runs {} to {}", behind.first_missing, behind.last_missing));
+                        missing_text(study, behind));
   }
   if (study.writer) text += fmt::format("; process {} goes on with them", *study.writer);
   return text + fmt::format("; made by version {}.", study.tool_version);

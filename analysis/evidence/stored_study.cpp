@@ -12,6 +12,14 @@ namespace credence::internal {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+StoreError nothing_stored(const fs::path& directory) {
+  return StoreError(directory.string() + ": no runs are stored yet");
+}
+
+}  // namespace
+
 std::int64_t StoredStudy::runs() const {
   std::int64_t sum = 0;
   for (const PlayedStudy& result : results) sum += result.result.statistics.runs;
@@ -48,7 +56,7 @@ StoredStudy read_study(const fs::path& directory) {
   study.directory = directory;
   study.tool_version = store.tool_version();
   const std::string scenario = store.scenario();
-  if (scenario.empty()) throw StoreError(directory.string() + ": no runs are stored yet");
+  if (scenario.empty()) throw nothing_stored(directory);
   study.plan = plan_sweep(read_scenario_text(scenario, directory.string()));
   if (const std::string name = store.name(); !name.empty()) study.plan.name = name;
   for (SweepPoint& point : study.plan.points) {
@@ -79,15 +87,18 @@ RunsBehindGaps runs_behind_gaps(const StoredStudy& study) {
   return behind;
 }
 
+std::string missing_text(const StoredStudy& study, const RunsBehindGaps& behind) {
+  if (study.is_sweep()) return "others";
+  return fmt::format("runs {} to {}", behind.first_missing, behind.last_missing);
+}
+
 void require_runs(const StoredStudy& study) {
   if (study.runs() > 0) return;
-  const std::string where = study.directory.string();
   const RunsBehindGaps behind = runs_behind_gaps(study);
-  if (behind.count == 0) throw StoreError(where + ": no runs are stored yet");
-  throw StoreError(fmt::format(
-      "{}: none of the {} runs that are stored can be judged yet, as {} before them are missing", where,
-      behind.count,
-      study.is_sweep() ? "others" : fmt::format("runs {} to {}", behind.first_missing, behind.last_missing)));
+  if (behind.count == 0) throw nothing_stored(study.directory);
+  throw StoreError(
+      fmt::format("{}: none of the {} runs that are stored can be judged yet, as {} before them are missing",
+                  study.directory.string(), behind.count, missing_text(study, behind)));
 }
 
 std::vector<StudyAnalysis> analyse(const StoredStudy& study) {

@@ -44,6 +44,8 @@ struct RunsBehindGaps {
   }
 };
 RunsBehindGaps runs_behind_gaps(const StoredStudy& study);
+/// "runs 0 to 63", which are missing before them; of a sweep "others".
+std::string missing_text(const StoredStudy& study, const RunsBehindGaps& behind);
 
 /// Throws StoreError where there is nothing to judge: no runs are stored yet, or not the first ones.
 void require_runs(const StoredStudy& study);

@@ -67,6 +67,20 @@ TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
   }
 }
 
+TEST_F(CompareCommand, APipeOfTheShellIsReadToItsEndOrTheLimit) {
+  write("a.toml", kMonobot);
+  write("a.json", json({"run", "a.toml", "--format", "json", "--quiet"}).dump());
+  const auto from = [&](const std::string& source) {
+    return finish(start_program({"sh", "-c",
+                                 source + " | " + credence_binary().string() +
+                                     " compare a.json /dev/stdin > out 2> err"}))
+        .code;
+  };
+  EXPECT_EQ(from("cat a.json"), 0) << read("err");
+  EXPECT_EQ(from("cat /dev/zero"), 2);
+  EXPECT_EQ(read("err"), "credence: /dev/stdin: is longer than 256 MiB, as no document is\n");
+}
+
 TEST_F(CompareCommand, SweepsAreComparedConfigurationByConfiguration) {
   write("s.toml", kMonobotSweep);
   const std::vector<std::string> sweep = {"sweep", "s.toml", "--runs", "64", "--quiet", "--format", "json"};

@@ -12,7 +12,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kFewest = 10.0;
+constexpr double kFewestForHotelling = 10.0;
 
 // Student's t of every component, Bonferroni over them. One that is always zero tells nothing. The mean of
 // one that never varies is certain of many values; few may be the same as they are rounded, which is NaN.
@@ -24,7 +24,7 @@ double p_value_of_components(const VectorMoments& moments) {
     if (variance > 0.0) {
       const double t = moments.mean[i] / std::sqrt(variance / n);
       least = std::fmin(least, student_two_sided_p_value(t, n - 1.0));
-    } else if (n < kFewest) {
+    } else if (n < kFewestForHotelling) {
       return kNaN;
     } else if (moments.mean[i] != 0.0) {
       least = 0.0;
@@ -64,8 +64,9 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
     return result;
   }
   const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
-  if ((m > 1.0 && (n <= m || n < kFewest)) || factor.info() != Eigen::Success) {
-    result.p_value = m > 1.0 && n < kFewest ? p_value_of_few(moments) : p_value_of_components(moments);
+  if ((m > 1.0 && (n <= m || n < kFewestForHotelling)) || factor.info() != Eigen::Success) {
+    result.p_value =
+        m > 1.0 && n < kFewestForHotelling ? p_value_of_few(moments) : p_value_of_components(moments);
     if (std::isnan(result.p_value)) result.reason = "the values do not vary";
     return result;
   }

@@ -68,6 +68,21 @@ TEST(StoredStudy, CannotBeJudgedBeforeItsFirstRunsAreThere) {
   EXPECT_EQ(refusal(), "");
 }
 
+TEST(StoredStudy, OfWhichNothingIsSaidYetHasNoRuns) {
+  const TemporaryFolder folder;
+  ResultStore::open_to_write(folder / "out", "1.2.3").commit();
+  EXPECT_THROW(
+      {
+        try {
+          read_study(folder / "out");
+        } catch (const StoreError& error) {
+          EXPECT_EQ(error.what(), (folder / "out").string() + ": no runs are stored yet");
+          throw;
+        }
+      },
+      StoreError);
+}
+
 TEST(StoredStudy, IsAFolderItselfOrThoseInIt) {
   const TemporaryFolder folder;
   store_chunk(folder / "out/b", 0);

@@ -292,6 +292,8 @@ TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
                 ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is not a document of")))
         << text;
   }
+  EXPECT_THAT([&] { gate_against(logs, "old.json", "", kMargin); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is empty")));
   EXPECT_THAT([&] { gate_against(logs, "old.json", "{", kMargin); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json:1: is no JSON")));
   EXPECT_THAT([&] { gate_against(logs, "old.json", R"({"schema": 99})", kMargin); },
