@@ -64,9 +64,11 @@ void test_mean(std::span<const RecordedInnovations> runs, InnovationTests& tests
 WhitenessTest test_white(std::span<const RecordedInnovations> runs, double confidence) {
   const auto seen = std::ranges::find_if(runs, [](const auto& r) { return !r.whitened.empty(); });
   LagProducts products(seen == runs.end() ? 1 : seen->whitened.front().size(), kLags);
+  LagSeries series(products.dim());
   for (const RecordedInnovations& run : runs) {
-    products.begin_run();
-    for (const Vector& u : run.whitened) products.add(u);
+    series.clear();
+    for (const Vector& u : run.whitened) series.add(u);
+    products.add_run(series);
   }
   return test_whiteness(products, confidence);
 }

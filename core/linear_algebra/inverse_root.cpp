@@ -16,6 +16,8 @@ bool is_singular(Index n, double least_eigenvalue) {
   return !(least_eigenvalue > 4.0 * static_cast<double>(n * n) * kRoundOff);
 }
 
+constexpr std::size_t at(Index j, Index i) { return static_cast<std::size_t>(3 * j + i); }
+
 /// A ← −A⁻¹ of the lower triangle of a positive definite matrix, by sweeps; false where a pivot is none.
 template <Index n>
 inline bool sweep(double (&A)[n][n]) {
@@ -108,6 +110,32 @@ bool InverseRoot::of_two() {
   return true;
 }
 
+/// By the invariants of U = R^{1/2} ([Hoger 1984]): U³ − i₁ U² + i₂ U − i₃ I = 0 and U² = R make U⁻¹ =
+/// (I + (i₁ i₂ − i₃) (i₁ R + i₃ I)⁻¹)/i₁, a sum of positive ones. i₃² = det R, i₁² = tr R + 2 i₂, and i₂ is
+/// the root of i₂² = I₂ + 2 i₁ i₃ to which Newton's method falls from above, I₂ the second invariant of R.
+bool InverseRoot::of_three() {
+  const double a = A_[1], b = A_[2], c = A_[5];
+  const double of_a = (1.0 - a) * (1.0 + a), of_b = (1.0 - b) * (1.0 + b), of_c = (1.0 - c) * (1.0 + c);
+  const double below = c - a * b, determinant = of_a * of_b - below * below, second = of_a + of_b + of_c;
+  if (!(of_a > 0.0) || !(of_b > 0.0) || !(of_c > 0.0) || is_singular(3, determinant / second)) return false;
+  const double i3 = std::sqrt(determinant);
+  double i2 = std::sqrt(second + 6.0 * i3), i1 = 0.0;
+  for (double step = i2; step > kRoundOff * i2;) {
+    i1 = std::sqrt(3.0 + 2.0 * i2);
+    step = i1 * (i2 * i2 - second - 2.0 * i1 * i3) / (2.0 * (i1 * i2 - i3));
+    i2 -= step;
+  }
+  double M[3][3] = {{i1 + i3, i1 * a, i1 * b}, {0.0, i1 + i3, i1 * c}, {0.0, 0.0, i1 + i3}};
+  if (!sweep<3>(M)) return false;
+  const double of_one = 1.0 / i1, of_inverse = (i3 - i1 * i2) / i1;
+  for (Index j = 0; j < 3; ++j) {
+    factors_[at(j, j)] = of_one + of_inverse * M[j][j];
+    for (Index i = j + 1; i < 3; ++i) factors_[at(j, i)] = factors_[at(i, j)] = of_inverse * M[j][i];
+  }
+  count_ = 1;
+  return true;
+}
+
 /// R to T.
 void InverseRoot::reduce() {
   const Index n = size_;
@@ -195,7 +223,7 @@ bool InverseRoot::compute(Index n, const double* R) {
   switch (n) {
     case 1: return iterate<1>();
     case 2: return of_two();
-    case 3: return iterate<3>();
+    case 3: return of_three();
     case 4: return iterate<4>();
     case 5: return iterate<5>();
     case 6: return iterate<6>();

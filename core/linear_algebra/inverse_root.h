@@ -10,7 +10,7 @@ namespace credence::internal {
 /// products, quotients and square roots alone, so that every machine has the same bits; exact to about ε
 /// times the condition number of R. Keeps its memory.
 ///
-/// Two rows in closed form; up to kFew a product of symmetric factors, one of each step of Newton's method in
+/// Two and three rows in closed form; up to kFew a product of symmetric factors, one of each step of Newton's method in
 /// the product form of Denman and Beavers ([Higham 2008], section 6.3), M ← ½ I + ¼ (g M + M⁻¹/g) from R to
 /// I, g = √(tr M⁻¹/tr M) for its speed. Of more rows Q G Λ^{-1/2} Gᵀ Qᵀ, R = Q T Qᵀ by Householder's
 /// reflections and T = G Λ Gᵀ by implicit QL ([Golub 2013], section 8.3), none of which is multiplied out.
@@ -33,6 +33,7 @@ class InverseRoot {
   };
 
   bool of_two();
+  bool of_three();
   template <Index kSize>
   bool iterate();
   template <Index kSize>

@@ -4,13 +4,17 @@
 
 namespace credence::internal {
 
-RelativePlace relative_place(const RelativePlace::State& x) {
+RelativePlace::RelativePlace(const State& x) {
   const auto [s, c] = sine_cosine(x[2]);
-  const Eigen::Matrix2d back{{c, s}, {-s, c}};
-  RelativePlace place;
-  place.r = back * (x.tail<2>() - x.head<2>());
-  place.J << -back, Eigen::Vector2d(place.r[1], -place.r[0]), back;
-  return place;
+  sine = s;
+  cosine = c;
+  const Eigen::Vector2d d = x.tail<2>() - x.head<2>();
+  r = {c * d[0] + s * d[1], c * d[1] - s * d[0]};
+}
+
+Eigen::Matrix<double, 2, 5> RelativePlace::jacobian() const {
+  return Eigen::Matrix<double, 2, 5>{{-cosine, -sine, r[1], cosine, sine},
+                                     {sine, -cosine, -r[0], -sine, cosine}};
 }
 
 }  // namespace credence::internal

@@ -4,14 +4,20 @@
 
 namespace credence::internal {
 
-/// Where a landmark l lies in the frame of a pose in the plane, r = R(θ)ᵀ (l − p), with its Jacobian.
+/// Where a landmark l lies in the frame of a pose in the plane, r = R(θ)ᵀ (l − p).
 struct RelativePlace {
   using State = Eigen::Matrix<double, 5, 1>;  ///< p (m), θ (rad), l (m)
+  using Covariance = Eigen::Matrix<double, 5, 5>;
 
-  Eigen::Vector2d r;              ///< m
-  Eigen::Matrix<double, 2, 5> J;  ///< by the state
+  explicit RelativePlace(const State& x);
+
+  /// ∂r/∂x.
+  Eigen::Matrix<double, 2, 5> jacobian() const;
+  /// Of r, of that of the state.
+  Eigen::Matrix2d covariance(const Covariance& P) const { return jacobian() * P * jacobian().transpose(); }
+
+  double sine = 0.0, cosine = 1.0;  ///< of θ
+  Eigen::Vector2d r;                ///< m
 };
-
-RelativePlace relative_place(const RelativePlace::State& x);
 
 }  // namespace credence::internal

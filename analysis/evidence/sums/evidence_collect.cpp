@@ -14,7 +14,7 @@ namespace {
 /// Hands what a chunk shows to a recorder.
 class Recording final : public ChunkObserver {
  public:
-  explicit Recording(const RunLayout& layout) : recorder_(layout) {}
+  Recording(const RunLayout& layout, bool few) : recorder_(layout, few) {}
   void begin_runs(std::int64_t runs) override { recorder_.begin_runs(runs); }
   void add(const Step& step, std::size_t i) override { recorder_.add(step, i); }
   void add(const NormalisedStep& step, std::size_t i) override { recorder_.add(step, i); }
@@ -48,7 +48,7 @@ StudyStatistics EvidenceCollector::play(std::int64_t first_run, std::int64_t run
 }
 
 std::optional<StudyStatistics> EvidenceCollector::record(std::int64_t first_run, std::int64_t runs) {
-  Recording recording(experiment_.layout());
+  Recording recording(experiment_.layout(), first_run + runs <= StretchSums::kMostRuns);
   std::optional<StudyStatistics> statistics = experiment_.show_chunk(first_run, runs, recording);
   Evidence evidence = recording.take();
   const std::lock_guard lock(mutex_);

@@ -65,7 +65,7 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
   const auto size = static_cast<std::size_t>(count);
   runs_.assign(size, {});
   places_.resize(size);
-  const bool few = sums_.study.runs + count <= StretchSums::kMostRuns;
+  const bool few = few_ && sums_.study.runs + count <= StretchSums::kMostRuns;
   for (OpenRun& run : runs_) {
     run.open = true;
     run.law.few = run.law.averaged.by_group = few;
@@ -291,9 +291,9 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
 void EvidenceRecorder::add_moving(RunLateness& run, const VectorRef& error, const VectorRef& motion,
                                   const MatrixRef& P, CorrelationWhitening& whitening) {
   if (!whitening.compute(P)) return;
-  whitening.whiten(error, whitened_);
+  whitening.whiten(error, moved_);
   whitening.whiten(motion, motion_);
-  run.add(whitened_, motion_);
+  run.add(moved_, motion_);
 }
 
 // Of what moves: in a map a landmark as seen from the vehicle, since a map made of late observations is
@@ -314,10 +314,11 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) {
       RelativePlace::State now, then;
       copy_places(step.estimate, places, now);
       copy_places(before, places, then);
-      const RelativePlace place = relative_place(now), truth = relative_place(now - step.moving.error);
-      const Eigen::Vector2d error = place.r - truth.r, motion = (place.r - relative_place(then).r) / steps;
-      const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
-      add_moving(run.lateness, error, motion, Matrix(P), of_moving_);
+      const RelativePlace::State error = Eigen::Map<const RelativePlace::State>(step.moving.error.data());
+      const RelativePlace place(now), truth(now - error), of_then(then);
+      const Eigen::Matrix2d P = place.covariance(RelativePlace::Covariance(step.moving.P));
+      add_moving(run.lateness, Eigen::Vector2d(place.r - truth.r),
+                 Eigen::Vector2d((place.r - of_then.r) / steps), P, of_moving_);
     } else if (std::ssize(places) <= RunLateness::kLargest) {
       Eigen::Matrix<double, Eigen::Dynamic, 1, 0, RunLateness::kLargest, 1> motion(std::ssize(places));
       for (Index i = 0; i < motion.size(); ++i) {

@@ -28,8 +28,9 @@ namespace credence::internal {
 class EvidenceRecorder {
  public:
   EvidenceRecorder() = default;
-  /// The next steps are of this layout, and none of a file.
-  explicit EvidenceRecorder(const RunLayout& layout) { begin_file({}, layout); }
+  /// The next steps are of this layout, and none of a file. few: there may be few runs in all, with those of
+  /// others (StretchSums::kMostRuns).
+  explicit EvidenceRecorder(const RunLayout& layout, bool few = true) : few_(few) { begin_file({}, layout); }
 
   /// The next rows come from this file.
   void begin_file(const std::filesystem::path& file, const RunLayout& layout);
@@ -101,6 +102,7 @@ class EvidenceRecorder {
   void close_last(const BlockError& state);
   void close_runs();
 
+  bool few_ = true;
   std::string file_;
   RunLayout layout_;
   Evidence sums_;
@@ -117,7 +119,7 @@ class EvidenceRecorder {
   StepNormaliser normaliser_;
   NormalisedStep normalised_;
   CorrelationWhitening whitening_, of_moving_;
-  Vector variance_, whitened_, motion_;
+  Vector variance_, whitened_, moved_, motion_;
 };
 
 }  // namespace credence::internal

@@ -11,8 +11,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::size_t kMostGroups = 64;  // of rows of a run
-constexpr Index kOfEnds = 3;             // tenths of a run at each end
+constexpr Index kOfEnds = 3;  // tenths of a run at each end
 
 /// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
 bool takes_vector(VectorMoments& moments, Index dim) {
@@ -50,20 +49,16 @@ Index largest_averaged(const RunLayout& layout) {
 }
 
 Index RunWhitened::every(Index of_group) const {
-  const bool full = sums.size() == kMostGroups && (steps & (rows_of_group - 1)) == 0;
-  return std::max<Index>(1, (full ? 2 : 1) * rows_of_group / of_group);
+  return std::max<Index>(1, (sums.joins() ? 2 : 1) * sums.rows_of_group() / of_group);
 }
 
 // Another one of each, as what recurs every few rows would be seen at its best or at its worst alone.
 bool RunWhitened::takes(Index of_group) const {
-  const Index each = every(of_group);
-  return (steps & (each - 1)) == ((steps / each) & (each - 1));
+  const Index each = every(of_group), row = sums.rows();
+  return (row & (each - 1)) == ((row / each) & (each - 1));
 }
 
-void RunWhitened::skip() {
-  if ((steps & (rows_of_group - 1)) == 0) group_at_hand(outer.rows());
-  ++steps;
-}
+void RunWhitened::skip() { next(outer.rows()); }
 
 void RunWhitened::add_square(const Vector& of, Index times) {
   squared += times;
@@ -83,47 +78,40 @@ void RunWhitened::add_square(const Vector& of, Index times) {
 
 void RunWhitened::add(const Vector& whitened, Index of_group) {
   const Index times = every(of_group);
-  group_at_hand(whitened.size()) += static_cast<double>(times) * whitened;
+  next(whitened.size()) += static_cast<double>(times) * whitened;
   add_square(whitened, times);
-  ++steps;
 }
 
 void RunWhitened::add_each(const Vector& normalised, Index of_group) {
   const Index times = takes(of_group) ? every(of_group) : 0;
-  group_at_hand(normalised.size()) += normalised;
+  next(normalised.size()) += normalised;
   if (times > 0) add_square(normalised, times);
-  ++steps;
 }
 
 Vector RunWhitened::mean() const {
   Vector sum = Vector::Zero(outer.rows());
-  for (const Vector& of_group : sums) sum += of_group;
+  for (Index g = 0; g < sums.groups(); ++g) sum += sums.of_group(g);
   return sum / static_cast<double>(squared);
 }
 
-Vector& RunWhitened::group_at_hand(Index dim) {
-  if (steps == 0) outer = Matrix::Zero(dim, dim);
-  if ((steps & (rows_of_group - 1)) != 0) return sums.back();
-  if (sums.size() == kMostGroups) {
-    for (std::size_t i = 0; i < kMostGroups / 2; ++i) sums[i] = sums[2 * i] + sums[2 * i + 1];
-    sums.resize(kMostGroups / 2);
-    if (by_group) join_squares();
-    rows_of_group *= 2;
-  }
-  if (by_group) {
-    squares.emplace_back(Matrix::Zero(dim, dim));
-    squared_of_group.push_back(0);
-  }
-  return sums.emplace_back(Vector::Zero(dim));
+Eigen::Map<Vector> RunWhitened::next(Index dim) {
+  if (sums.rows() == 0) outer = Matrix::Zero(dim, dim);
+  if (by_group && sums.begins()) begin_squares(dim);
+  return sums.next(dim);
 }
 
-void RunWhitened::join_squares() {
-  for (std::size_t i = 0; i < kMostGroups / 2; ++i) {
-    squares[i] = squares[2 * i] + squares[2 * i + 1];
-    squared_of_group[i] = squared_of_group[2 * i] + squared_of_group[2 * i + 1];
+void RunWhitened::begin_squares(Index dim) {
+  if (sums.joins()) {
+    const std::size_t half = squares.size() / 2;
+    for (std::size_t i = 0; i < half; ++i) {
+      squares[i] = squares[2 * i] + squares[2 * i + 1];
+      squared_of_group[i] = squared_of_group[2 * i] + squared_of_group[2 * i + 1];
+    }
+    squares.resize(half);
+    squared_of_group.resize(half);
   }
-  squares.resize(kMostGroups / 2);
-  squared_of_group.resize(kMostGroups / 2);
+  squares.emplace_back(Matrix::Zero(dim, dim));
+  squared_of_group.push_back(0);
 }
 
 bool StretchSums::takes(Index dim) {
@@ -135,8 +123,8 @@ bool StretchSums::takes(Index dim) {
 }
 
 void StretchSums::add(const RunWhitened& run, const RunSamples& evenly) {
-  constexpr std::size_t kStretches = 10;
-  const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
+  constexpr Index kStretches = 10;
+  const Index groups = run.sums.rows() / run.sums.rows_of_group() / kStretches;
   if (groups == 0 || !takes(run.outer.rows())) return;
   ++runs;
   constexpr Index kMostOscillating = 512;  // the share costs their square
@@ -144,13 +132,13 @@ void StretchSums::add(const RunWhitened& run, const RunSamples& evenly) {
   oscillating += oscillating_share(errors);
   samples += errors.cols();
   square += run.outer / static_cast<double>(run.squared);
-  const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
-  Matrix tenths(run.outer.rows(), static_cast<Index>(kStretches));
-  for (std::size_t i = 0; i < kStretches; ++i) {
+  const auto rows = static_cast<double>(groups * run.sums.rows_of_group());
+  Matrix tenths(run.outer.rows(), kStretches);
+  for (Index i = 0; i < kStretches; ++i) {
     Vector sum = Vector::Zero(run.outer.rows());
-    for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) sum += run.sums[g];
-    tenths.col(static_cast<Index>(i)) = sum / rows;
-    means.add(tenths.col(static_cast<Index>(i)));
+    for (Index g = i * groups; g < (i + 1) * groups; ++g) sum += run.sums.of_group(g);
+    tenths.col(i) = sum / rows;
+    means.add(tenths.col(i));
   }
   const Vector first = tenths.leftCols<kOfEnds>().rowwise().mean();
   const Vector last = tenths.rightCols<kOfEnds>().rowwise().mean();
@@ -208,7 +196,7 @@ bool StretchSums::stay() const {
 }
 
 void StretchMoments::add(const RunWhitened& run) {
-  const auto full = static_cast<std::size_t>(run.steps / run.rows_of_group);
+  const auto full = static_cast<std::size_t>(run.sums.rows() / run.sums.rows_of_group());
   for (std::size_t k = 0; k < of.size(); ++k) {
     const auto stretches = static_cast<std::size_t>(kStretches[k]);
     const std::size_t groups = std::min(full, run.squares.size()) / stretches;
@@ -320,7 +308,7 @@ void RunLaw::add_to(LawSums& sums, const std::string& of) const {
     if (few) sums.stretch_moments.add(averaged);
     if (sums.second_moments.runs() > StretchSums::kMostRuns) sums.stretch_moments = {};
   }
-  sums.stretches.add(of.empty() && averaged.steps > large.steps ? averaged : large, samples);
+  sums.stretches.add(of.empty() && averaged.sums.rows() > large.sums.rows() ? averaged : large, samples);
   sums.nees_tails.add(nees_tails);
   sums.nis_tails.add(nis_tails);
   if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/evidence/sums/run_samples.h"
+#include "analysis/laws/correlation/group_sums.h"
 #include "analysis/laws/shape/second_moments.h"
 #include "analysis/laws/shape/tail_weight.h"
 #include "analysis/laws/shape/vector_moments.h"
@@ -22,17 +23,14 @@ namespace credence::internal {
 
 /// The normalised errors u of an open run, of whose rows some, evenly over it, stand for those about them.
 struct RunWhitened {
-  Matrix outer{};              ///< Σ u uᵀ of rows that are taken, its lower triangle
-  std::vector<Vector> sums{};  ///< Σ u of successive groups of rows, the last one not full
-  Index rows_of_group = 1;     ///< a power of two
-  Index steps = 0;
+  Matrix outer{};                 ///< Σ u uᵀ of rows that are taken, its lower triangle
+  GroupSums sums{};               ///< Σ u of successive groups of all rows
   Index squared = 0;              ///< rows that `outer` stands for
   bool by_group = false;          ///< whether these are summed for each group as well:
   std::vector<Matrix> squares{};  ///< Σ u uᵀ of rows that are taken, their lower triangles
   std::vector<Index> squared_of_group{};
 
-  /// Whether the next row is taken where so many of every group are, a power of two. Of more than 64 groups
-  /// two become one.
+  /// Whether the next row is taken where so many of every group are, a power of two.
   bool takes(Index of_group) const;
   /// A row that is taken.
   void add(const Vector& whitened, Index of_group);
@@ -47,9 +45,9 @@ struct RunWhitened {
   /// Of how many rows one is taken.
   Index every(Index of_group) const;
   void add_square(const Vector& of, Index times);
-  /// The sum of the group of rows that the next one belongs to; of a long run they are joined by twos.
-  Vector& group_at_hand(Index dim);
-  void join_squares();
+  /// The next row: the sum of its group.
+  Eigen::Map<Vector> next(Index dim);
+  void begin_squares(Index dim);
 };
 
 /// Averages over tenths of runs, of the errors of the whole state, whitened or, of a large one, over their σ:

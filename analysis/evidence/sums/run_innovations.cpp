@@ -1,6 +1,7 @@
 #include "analysis/evidence/sums/run_innovations.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/sort/pdqsort/pdqsort.hpp>
 #include <cmath>
@@ -92,18 +93,26 @@ void RunInnovations::add(const Sensor& sensor, const NormalisedInnovation& value
 void RunInnovations::add_squares(const Sensor& sensor, const NormalisedInnovation& value) {
   constexpr double kLeast =
       1e-9;  // of the variance of a sum: less is what rounding leaves of two that are one
-  Index of_pair = 0;
-  for (Index first = 0; first < value.nu.size(); first += sensor.piece) {
-    const Index end = first + sensor.piece;
-    for (Index j = first; j < end; ++j) squares_.push_back(value.nu[j] * value.nu[j] / value.variance[j]);
-    for (Index p = first + 1; p < end; ++p) {
-      const double sigma = std::sqrt(value.variance[p]), u = value.nu[p] / sigma;
-      for (Index q = first; q < p; ++q) {
-        const double other = std::sqrt(value.variance[q]), v = value.nu[q] / other;
-        const double correlation = value.covariance[of_pair++] / (sigma * other);
+  constexpr std::size_t kLargest = SensorSums::kLargestWhitened;
+  const auto d = static_cast<std::size_t>(sensor.piece);
+  const double *nu = value.nu.data(), *variance = value.variance.data(),
+               *covariance = value.covariance.data();
+  const std::size_t at = squares_.size();
+  squares_.resize(at + static_cast<std::size_t>(value.nu.size()) * d);
+  std::array<double, kLargest> u, inverse_sigma;
+  for (double *to = squares_.data() + at, *end = squares_.data() + squares_.size(); to != end;
+       nu += d, variance += d) {
+    for (std::size_t j = 0; j < d; ++j) {
+      inverse_sigma[j] = 1.0 / std::sqrt(variance[j]);
+      u[j] = nu[j] * inverse_sigma[j];
+      *to++ = u[j] * u[j];
+    }
+    for (std::size_t p = 1; p < d; ++p) {
+      for (std::size_t q = 0; q < p; ++q) {
+        const double correlation = *covariance++ * inverse_sigma[p] * inverse_sigma[q];
         for (const double sign : {1.0, -1.0}) {
-          const double variance = 2.0 * (1.0 + sign * correlation), sum = u + sign * v;
-          squares_.push_back(variance > kLeast ? sum * sum / variance : kNaN);
+          const double of_sum = 2.0 * (1.0 + sign * correlation), sum = u[p] + sign * u[q];
+          *to++ = of_sum > kLeast ? sum * sum / of_sum : kNaN;
         }
       }
     }
@@ -167,21 +176,22 @@ void RunInnovations::add_scalars(const Sensor& sensor, const Settled& settled, S
     for (const double value : values) level += value / static_cast<double>(values.size());
   }
   Moments mean;
-  sums.scalar_lags.begin_run();
+  LagSeries series(1);
   Vector value(1);
   for (std::size_t k = settled.first; k < steps(); k += settled.interval) {
     const auto u = at(k);
     if (u.empty()) {
-      sums.scalar_lags.add_missing();
+      series.add_missing();
       continue;
     }
     double sum = -level;
     for (const double component : u) sum += component;
     value[0] = sum / std::sqrt(static_cast<double>(u.size()));
-    sums.scalar_lags.add(value);
+    series.add(value);
     mean.add(value[0]);
     sums.scalar_values.add(value);
   }
+  sums.scalar_lags.add_run(series);
   if (mean.count > 0) sums.scalar_run_means.add(Vector::Constant(1, mean.mean));
 }
 
@@ -196,19 +206,21 @@ void RunInnovations::add_pieces(const Sensor& sensor, const Settled& settled, Se
   }
   Vector total = Vector::Zero(static_cast<Index>(d));
   double pieces = 0.0;
+  LagSeries series(sums.lags.dim());
   for (std::size_t j = 0; j < most; ++j) {
-    sums.lags.begin_run();
+    series.clear();
     for (std::size_t k = settled.first; k < steps(); k += settled.interval) {
       if (j >= at(k).size() / d) {
-        sums.lags.add_missing();
+        series.add_missing();
         continue;
       }
       const Eigen::Map<const Vector> u(at(k).data() + j * d, static_cast<Index>(d));
-      sums.lags.add(u);
+      series.add(u);
       sums.values.add(u);
       total += u;
       pieces += 1.0;
     }
+    sums.lags.add_run(series);
   }
   if (pieces > 0.0) sums.run_means.add(total / pieces);
 }

@@ -58,35 +58,25 @@ LatenessTest test_few_runs(const LatenessSums& sums) {
 
 }  // namespace
 
-void RunLateness::add(const Vector& u, const Vector& b) {
+void RunLateness::add(const VectorRef& u, const VectorRef& b) {
   if (!u.allFinite() || !b.allFinite()) return;
-  if (steps_ == 0) dim_ = u.size();
+  if (groups_.rows() == 0) dim_ = u.size();
   if (u.size() != dim_) return;
-  Vector& sums = group_at_hand();
-  ++steps_;
-  sums[kAcross] += b.dot(u);
-  sums[kMotion] += b.squaredNorm();
-  sums[kError] += u.squaredNorm();
-  sums.segment(kVectors, dim_) += u;
-  sums.tail(dim_) += b;
-}
-
-Vector& RunLateness::group_at_hand() {
-  constexpr std::size_t kMostGroups = 64;
-  if ((steps_ & (steps_of_group_ - 1)) != 0) return groups_.back();
-  if (groups_.size() == kMostGroups) {
-    for (std::size_t i = 0; i < kMostGroups / 2; ++i) groups_[i] = groups_[2 * i] + groups_[2 * i + 1];
-    groups_.resize(kMostGroups / 2);
-    steps_of_group_ *= 2;
+  Eigen::Map<Vector> sums = groups_.next(kVectors + 2 * dim_);
+  for (Index i = 0; i < dim_; ++i) {
+    sums[kAcross] += b[i] * u[i];
+    sums[kMotion] += b[i] * b[i];
+    sums[kError] += u[i] * u[i];
+    sums[kVectors + i] += u[i];
+    sums[kVectors + dim_ + i] += b[i];
   }
-  return groups_.emplace_back(Vector::Zero(kVectors + 2 * dim_));
 }
 
 void RunLateness::add_to(LatenessSums& sums) const {
-  if (steps_ == 0) return;
+  if (groups_.rows() == 0) return;
   Vector averages = Vector::Zero(kVectors + 2 * dim_);
-  for (const Vector& group : groups_) averages += group;
-  averages /= static_cast<double>(steps_);
+  for (Index g = 0; g < groups_.groups(); ++g) averages += groups_.of_group(g);
+  averages /= static_cast<double>(groups_.rows());
   if (sums.runs.count > 0 && sums.runs.mean.size() != averages.size()) return;
   sums.runs.add(averages);
   const Slope slope = slope_of(averages);
@@ -96,15 +86,16 @@ void RunLateness::add_to(LatenessSums& sums) const {
 }
 
 void RunLateness::add_stretches(double least_varied, LatenessSums& sums) const {
-  constexpr std::int64_t kStretches = 10, kFewestSteps = 5;
-  const std::int64_t groups = steps_ / steps_of_group_ / kStretches;
-  const std::int64_t steps = groups * steps_of_group_;
+  constexpr Index kStretches = 10, kFewestSteps = 5;
+  const Index groups = groups_.rows() / groups_.rows_of_group() / kStretches;
+  const Index steps = groups * groups_.rows_of_group();
   if (steps < kFewestSteps) return;
-  for (std::int64_t i = 0; i < kStretches; ++i) {
-    Vector averages = Vector::Zero(kVectors + 2 * dim_);
-    for (std::int64_t g = i * groups; g < (i + 1) * groups; ++g)
-      averages += groups_[static_cast<std::size_t>(g)];
-    const Slope slope = slope_of(averages / static_cast<double>(steps));
+  Vector averages(kVectors + 2 * dim_);
+  for (Index i = 0; i < kStretches; ++i) {
+    averages.setZero();
+    for (Index g = i * groups; g < (i + 1) * groups; ++g) averages += groups_.of_group(g);
+    averages /= static_cast<double>(steps);
+    const Slope slope = slope_of(averages);
     if (slope.varied > least_varied) sums.stretch_slopes.add(slope.steps());
   }
 }

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/laws/correlation/group_sums.h"
 #include "analysis/laws/shape/vector_moments.h"
 #include "core/types.h"
 #include "montecarlo/engine/moments.h"
@@ -35,18 +36,15 @@ class RunLateness {
   static constexpr Index kLargest = 24;
 
   /// u and b of a step; one of another dimension than the first, or that is not finite, is left out.
-  void add(const Vector& u, const Vector& b);
+  void add(const VectorRef& u, const VectorRef& b);
   /// The run ended well: it joins the others.
   void add_to(LatenessSums& sums) const;
 
  private:
-  /// The sums that the next step belongs to; of a long run the groups are joined by twos.
-  Vector& group_at_hand();
   void add_stretches(double least_varied, LatenessSums& sums) const;
 
   Index dim_ = 0;
-  std::int64_t steps_ = 0, steps_of_group_ = 1;  ///< the latter a power of two
-  std::vector<Vector> groups_{};                 ///< Σ [bᵀu, bᵀb, uᵀu, u, b] of successive steps
+  GroupSums groups_{};  ///< Σ [bᵀu, bᵀb, uᵀu, u, b]
 };
 
 /// Why there is no test of runs along one way.

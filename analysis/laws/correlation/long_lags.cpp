@@ -1,49 +1,39 @@
 #include "analysis/laws/correlation/long_lags.h"
 
-#include <utility>
-
 namespace credence::internal {
+namespace {
+
+LagSeries means_of_blocks(const LagSeries& run) {
+  LagSeries means(run.dim());
+  Vector mean(run.dim());
+  for (Index first = 0; first + LongLags::kOfBlock <= run.steps(); first += LongLags::kOfBlock) {
+    const auto sum = [&](Index j) {
+      double all = 0.0;
+      for (Index k = first; k < first + LongLags::kOfBlock; ++k) all += run.at(j, k);
+      return all;
+    };
+    const double values = sum(run.dim());
+    if (values == 0.0) {
+      means.add_missing();
+      continue;
+    }
+    for (Index j = 0; j < mean.size(); ++j) mean[j] = sum(j) / values;
+    means.add(mean);
+  }
+  return means;
+}
+
+}  // namespace
 
 LongLags::LongLags(Index dim)
     : LongLags(Levels{LagProducts(dim, kLags), LagProducts(dim, kLags), LagProducts(dim, kLags)}) {}
 
-LongLags::LongLags(Levels levels) : levels_(std::move(levels)) { begin_run(); }
-
-void LongLags::begin_run() {
-  for (LagProducts& level : levels_) level.begin_run();
-  for (Open& open : open_) open = {.sum = Vector::Zero(dim())};
-}
-
-void LongLags::add(VectorRef u) {
-  levels_[0].add(u);
-  open_[1].sum += u;
-  ++open_[1].values;
-  count_step(1);
-}
-
-void LongLags::add_missing() {
-  levels_[0].add_missing();
-  count_step(1);
-}
-
-/// The mean of a block that is full goes to its level, and into the block of the next one.
-void LongLags::count_step(std::size_t level) {
-  Open& open = open_[level];
-  if (++open.steps < kOfBlock) return;
-  const bool last = level + 1 == levels_.size();
-  if (open.values > 0) {
-    open.sum /= static_cast<double>(open.values);
-    levels_[level].add(open.sum);
-    if (!last) {
-      open_[level + 1].sum += open.sum;
-      ++open_[level + 1].values;
-    }
-  } else {
-    levels_[level].add_missing();
-  }
-  open.sum.setZero();
-  open.values = open.steps = 0;
-  if (!last) count_step(level + 1);
+void LongLags::add_run(const LagSeries& run) {
+  levels_[0].add_run(run);
+  if (run.steps() < kOfBlock) return;
+  const LagSeries blocks = means_of_blocks(run);
+  levels_[1].add_run(blocks);
+  if (blocks.steps() >= kOfBlock) levels_[2].add_run(means_of_blocks(blocks));
 }
 
 void LongLags::merge(const LongLags& other) {

@@ -19,12 +19,10 @@ class LongLags {
 
   /// Throws std::invalid_argument unless dim ≥ 1.
   explicit LongLags(Index dim);
-  explicit LongLags(Levels levels);
+  explicit LongLags(Levels levels) : levels_(std::move(levels)) {}
 
   /// As those of LagProducts.
-  void begin_run();
-  void add(VectorRef u);
-  void add_missing();
+  void add_run(const LagSeries& run);
   void merge(const LongLags& other);
   LongLags about(const Vector& mean) const;
 
@@ -33,16 +31,7 @@ class LongLags {
   const Levels& levels() const { return levels_; }
 
  private:
-  /// The values of a block that is not full yet.
-  struct Open {
-    Vector sum;
-    Index values = 0, steps = 0;
-  };
-
-  void count_step(std::size_t level);
-
   Levels levels_;
-  std::array<Open, 3> open_;  ///< of the level, none of the first
 };
 
 }  // namespace credence::internal

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -29,47 +31,40 @@ Matrix standardise(const Matrix& product, const Eigen::LLT<Matrix>& factor) {
   return factor.matrixL().solve(half.transpose()).transpose();
 }
 
-/// What the sums of `count` lags are made of.
-struct Lags {
-  const double* recent;         ///< of each component, `row` numbers apart
-  const std::int64_t* present;  ///< one for each lag
-  Index dim, row, count;
-  double* sums;
-  std::int64_t* pairs;
-};
+constexpr Index kSums = LagProducts::kMostLags + 1;
 
-/// sums += u_i u_j(k − h), pairs += present.
-template <Index kCount>
-[[gnu::always_inline]] inline void add_products(const Lags& lags, const double* u) {
-  const Index count = kCount > 0 ? kCount : lags.count;
-  double* __restrict sums = lags.sums;
-  for (Index i = 0; i < lags.dim; ++i) {
-    const double factor = u[i];
-    const double* recent = lags.recent;
-    for (Index j = 0; j < lags.dim; ++j, sums += count, recent += lags.row) {
-      for (Index h = 0; h < count; ++h) sums[h] += factor * recent[h];
-    }
+/// sums[h] += Σ_k x_k y_{k−h} of two series that begin with their last step, in the order of the steps.
+[[gnu::always_inline]] inline void add_products(const double* x, const double* y, Index steps,
+                                                std::array<double, kSums>& sums) {
+  std::array<double, kSums> all = sums;
+  for (Index k = steps - 1; k >= 0; --k) {
+    const double factor = x[k];
+    if (factor == 0.0) continue;
+    for (Index h = 0; h < kSums; ++h) all[static_cast<std::size_t>(h)] += factor * y[k + h];
   }
-  const std::int64_t* present = lags.present;
-  std::int64_t* __restrict pairs = lags.pairs;
-  for (Index h = 0; h < count; ++h) pairs[h] += present[h];
+  sums = all;
 }
 
-constexpr Index kMostUsed = 21;  // lags 0 to 20
-
 #if defined(__x86_64__)
-[[gnu::target("avx2")]] void add_products_avx2(const Lags& lags, const double* u) {
-  add_products<kMostUsed>(lags, u);
+[[gnu::target("avx2")]] void add_products_avx2(const double* x, const double* y, Index steps,
+                                               std::array<double, kSums>& sums) {
+  add_products(x, y, steps, sums);
 }
 #endif
 
-void add_products(const Lags& lags, const double* u) {
-  if (lags.count != kMostUsed) return add_products<0>(lags, u);
+/// The same of lags 0 to H, one sum of each.
+template <class Sum>
+void add_lags(const double* x, const double* y, Index steps, std::span<Sum> sums) {
+  std::array<double, kSums> all{};
+  std::ranges::transform(sums, all.begin(), [](Sum sum) { return static_cast<double>(sum); });
 #if defined(__x86_64__)
   static const bool wide = best_instruction_set() != InstructionSet::scalar;
-  if (wide) return add_products_avx2(lags, u);
+  wide ? add_products_avx2(x, y, steps, all) : add_products(x, y, steps, all);
+#else
+  add_products(x, y, steps, all);
 #endif
-  add_products<kMostUsed>(lags, u);
+  std::transform(all.begin(), all.begin() + std::ssize(sums), sums.begin(),
+                 [](double sum) { return static_cast<Sum>(sum); });
 }
 
 std::string_view reason_not_to_test(const LagProducts& products) {
@@ -81,13 +76,53 @@ std::string_view reason_not_to_test(const LagProducts& products) {
 
 }  // namespace
 
+LagSeries::LagSeries(Index dim) : dim_(dim) {
+  if (dim < 1) throw std::invalid_argument(fmt::format("dim = {} must be >= 1", dim));
+  data_.resize(static_cast<std::size_t>((dim_ + 1) * row()));
+}
+
+void LagSeries::clear() {
+  steps_ = 0;
+  invalid_ = 0;
+}
+
+double* LagSeries::next() {
+  if (steps_ == room_) {
+    const Index rows = dim_ + 1, wide = 2 * room_ + kBefore;
+    std::vector<double> wider(static_cast<std::size_t>(rows * wide), 0.0);
+    for (Index j = 0; j < rows; ++j)
+      std::copy_n(backwards(j), steps_, wider.data() + j * wide + 2 * room_ - steps_);
+    data_ = std::move(wider);
+    room_ *= 2;
+  }
+  return data_.data() + room_ - ++steps_;
+}
+
+void LagSeries::add(VectorRef u) {
+  if (u.size() != dim_) {
+    throw std::invalid_argument(fmt::format("innovation of dimension {}, expected {}", u.size(), dim_));
+  }
+  if (!u.allFinite()) {
+    ++invalid_;
+    return add_missing();
+  }
+  double* to = next();
+  for (Index j = 0; j < dim_; ++j, to += row()) *to = u[j];
+  *to = 1.0;
+}
+
+void LagSeries::add_missing() {
+  double* to = next();
+  for (Index j = 0; j <= dim_; ++j, to += row()) *to = 0.0;
+}
+
 LagProducts::LagProducts(Index dim, Index lags) : dim_(dim) {
-  if (dim < 1 || lags < 1) {
-    throw std::invalid_argument(fmt::format("dim = {} and lags = {} must be >= 1", dim, lags));
+  if (dim < 1 || lags < 1 || lags > kMostLags) {
+    throw std::invalid_argument(
+        fmt::format("dim = {} must be >= 1 and lags = {} from 1 to {}", dim, lags, kMostLags));
   }
   pairs_.assign(static_cast<std::size_t>(lags) + 1, 0);
   sums_.assign(static_cast<std::size_t>(dim * dim * (lags + 1)), 0.0);
-  begin_run();
 }
 
 LagProducts::LagProducts(const std::vector<Matrix>& products, std::vector<std::int64_t> pairs,
@@ -96,15 +131,14 @@ LagProducts::LagProducts(const std::vector<Matrix>& products, std::vector<std::i
   const bool square = std::ranges::all_of(
       products, [this](const Matrix& product) { return product.rows() == dim_ && product.cols() == dim_; });
   const bool counted = std::ranges::all_of(pairs_, [](std::int64_t count) { return count >= 0; });
-  if (dim_ < 1 || products.size() < 2 || pairs_.size() != products.size() || !square || !counted ||
-      invalid < 0) {
+  if (dim_ < 1 || products.size() < 2 || std::ssize(products) > kSums || pairs_.size() != products.size() ||
+      !square || !counted || invalid < 0) {
     throw std::invalid_argument(
         fmt::format("{} lag products and {} counts do not fit together", products.size(), pairs_.size()));
   }
   for (Index row = 0; row < dim_ * dim_; ++row) {
     for (const Matrix& product : products) sums_.push_back(product(row / dim_, row % dim_));
   }
-  begin_run();
 }
 
 Matrix LagProducts::product(Index lag) const {
@@ -115,47 +149,19 @@ Matrix LagProducts::product(Index lag) const {
   return product;
 }
 
-void LagProducts::begin_run() {
-  begin_ = kSteps;
-  recent_.assign(static_cast<std::size_t>(dim_ * row()), 0.0);
-  present_.assign(static_cast<std::size_t>(row()), 0);
-}
-
-/// The next value is one step later.
-void LagProducts::advance() {
-  if (--begin_ >= 0) return;
-  begin_ = kSteps;
-  const auto move_up = [this](auto* first) {
-    std::copy_backward(first, first + lags(), first + row());
-    std::fill(first, first + kSteps + 1, 0);
-  };
-  for (Index j = 0; j < dim_; ++j) move_up(recent_.data() + j * row());
-  move_up(present_.data());
-}
-
-void LagProducts::add(VectorRef u) {
-  if (u.size() != dim_) {
-    throw std::invalid_argument(fmt::format("innovation of dimension {}, expected {}", u.size(), dim_));
+void LagProducts::add_run(const LagSeries& run) {
+  if (run.dim() != dim_) {
+    throw std::invalid_argument(fmt::format("a run of dimension {}, expected {}", run.dim(), dim_));
   }
-  if (!u.allFinite()) {
-    ++invalid_;
-    add_missing();
-    return;
+  const std::size_t count = pairs_.size();
+  double* sums = sums_.data();
+  for (Index i = 0; i < dim_; ++i) {
+    for (Index j = 0; j < dim_; ++j, sums += count)
+      add_lags(run.backwards(i), run.backwards(j), run.steps(), std::span(sums, count));
   }
-  for (Index j = 0; j < dim_; ++j) recent_[static_cast<std::size_t>(j * row() + begin_)] = u[j];
-  present_[static_cast<std::size_t>(begin_)] = 1;
-  add_products({.recent = recent_.data() + begin_,
-                .present = present_.data() + begin_,
-                .dim = dim_,
-                .row = row(),
-                .count = lags() + 1,
-                .sums = sums_.data(),
-                .pairs = pairs_.data()},
-               u.data());
-  advance();
+  add_lags(run.backwards(dim_), run.backwards(dim_), run.steps(), std::span(pairs_));
+  invalid_ += run.invalid();
 }
-
-void LagProducts::add_missing() { advance(); }
 
 void LagProducts::merge(const LagProducts& other) {
   if (other.dim_ != dim_ || other.lags() != lags()) {

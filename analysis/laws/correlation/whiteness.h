@@ -17,21 +17,54 @@
 
 namespace credence::internal {
 
+/// The values of one run at successive steps, some of which may be missing.
+class LagSeries {
+ public:
+  /// Throws std::invalid_argument unless dim ≥ 1.
+  explicit LagSeries(Index dim);
+
+  /// The next run: no steps.
+  void clear();
+  /// The value of the next step; throws std::invalid_argument for another dimension. One that is not finite
+  /// is missing, and counted as such.
+  void add(VectorRef u);
+  /// A step without a value.
+  void add_missing();
+
+  Index dim() const { return dim_; }
+  Index steps() const { return steps_; }
+  std::int64_t invalid() const { return invalid_; }
+  /// Component j at step k, 0 where it is missing; j = dim(): 1 where there is a value, else 0.
+  double at(Index j, Index k) const { return backwards(j)[steps_ - 1 - k]; }
+
+ private:
+  friend class LagProducts;
+  static constexpr Index kBefore = 24;  ///< zeros, of steps before the first
+
+  /// Of a component, or of whether there is a value, that of the last step, the one before it, and so on to
+  /// the first and to kBefore zeros.
+  const double* backwards(Index j) const { return data_.data() + j * row() + room_ - steps_; }
+  /// Where those of the next step go, row() numbers apart.
+  double* next();
+  Index row() const { return room_ + kBefore; }
+
+  Index dim_, steps_ = 0, room_ = 64;  ///< room: for so many steps
+  std::int64_t invalid_ = 0;
+  std::vector<double> data_{};
+};
+
 /// Σ u_k u_{k−h}ᵀ for the lags h = 0 … H over any number of runs: additive, so chunks merge by summing.
 class LagProducts {
  public:
-  /// Throws std::invalid_argument unless dim ≥ 1 and lags ≥ 1.
+  static constexpr Index kMostLags = LagSeries::kBefore - 1;
+
+  /// Throws std::invalid_argument unless dim ≥ 1 and 1 ≤ lags ≤ kMostLags.
   LagProducts(Index dim, Index lags);
   /// From stored sums, index h = 0 … H; throws for sizes that do not agree or a negative number of pairs.
   LagProducts(const std::vector<Matrix>& products, std::vector<std::int64_t> pairs, std::int64_t invalid);
 
-  /// The next values belong to another run: no product spans two runs.
-  void begin_run();
-  /// The next step's normalised innovation; throws std::invalid_argument for another dimension.
-  /// A value that is not finite counts as missing and is counted as such.
-  void add(VectorRef u);
-  /// A step without measurement: time goes on, its products are left out.
-  void add_missing();
+  /// The products within a run; throws std::invalid_argument for another dimension.
+  void add_run(const LagSeries& run);
   /// Adds the sums of `other`; throws std::invalid_argument for another dimension or number of lags.
   void merge(const LagProducts& other);
 
@@ -45,19 +78,10 @@ class LagProducts {
   std::int64_t invalid() const { return invalid_; }
 
  private:
-  /// Of each component the values at lags 0 … H, side by side: those of the time that comes next begin at
-  /// `begin_` of a row and move down by one each step. Zero where a value is missing.
-  static constexpr Index kSteps = 64;  ///< between two moves of a row
-  Index row() const { return kSteps + lags() + 1; }
-  void advance();
-
   Index dim_;
   std::vector<double> sums_;         // m×m rows of H + 1 lags: row i·m + j is Σ u_i u_j(k − h)
   std::vector<std::int64_t> pairs_;  // products summed at lag h
   std::int64_t invalid_ = 0;
-  std::vector<double> recent_;         // m rows
-  std::vector<std::int64_t> present_;  // one row: whether there is a value
-  Index begin_ = 0;
 };
 
 /// The autocorrelation of the innovation and its portmanteau test.

@@ -54,6 +54,7 @@ ChiSquareBounds factor_range(const SecondMoments& moments, double confidence) {
 
 std::vector<SecondMomentDirection> second_moment_directions(Index dim) {
   std::vector<SecondMomentDirection> directions;
+  directions.reserve(static_cast<std::size_t>(dim * dim));
   for (Index p = 0; p < dim; ++p) {
     directions.push_back({p, p, 0});
     for (Index q = 0; q < p; ++q) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/linear_algebra/decompositions.h"
@@ -54,9 +55,26 @@ TEST(InverseRoot, OfTwoRowsIsTheFormula) {
   }
 }
 
+// Of numbers that are all correlated alike: (1 + 2ρ)^{-1/2} along (1, 1, 1), (1 − ρ)^{-1/2} across it. One
+// eigenvalue is small near ρ = −½, two near 1.
+TEST(InverseRoot, OfThreeRowsIsTheFormula) {
+  InverseRoot root;
+  for (const double rho : {0.0, 1e-9, 0.3, -0.3, -0.4999999, 0.9999999}) {
+    Matrix R = Matrix::Constant(3, 3, rho);
+    R.diagonal().setOnes();
+    ASSERT_TRUE(root.compute(3, R.data())) << rho;
+    const Vector u = product(root, Vector{{3.0, 1.0, -1.0}});
+    const double along = 1.0 / std::sqrt(1.0 + 2.0 * rho), across = 1.0 / std::sqrt(1.0 - rho);
+    const double rounding = 1e-15 * std::pow(std::max(along, across), 3.0);
+    EXPECT_NEAR(u[0], along + 2.0 * across, rounding) << rho;
+    EXPECT_NEAR(u[1], along, rounding) << rho;
+    EXPECT_NEAR(u[2], along - 2.0 * across, rounding) << rho;
+  }
+}
+
 // Three groups of a matrix of each kind of algorithm, whose rows are mixed: what is zero stays zero.
 TEST(InverseRoot, KeepsGroupsApart) {
-  for (const Index size : {2, 5}) {
+  for (const Index size : {2, 3, 5}) {
     const Index n = 3 * size;
     Matrix R = Matrix::Identity(n, n);
     for (Index group = 0; group < 3; ++group) {
@@ -79,7 +97,7 @@ TEST(InverseRoot, KeepsGroupsApart) {
 
 TEST(InverseRoot, RefusesWhatIsSingular) {
   InverseRoot root;
-  for (const Index n : {2, 4, 7, 15}) {
+  for (const Index n : {2, 3, 4, 7, 15}) {
     Matrix R = correlation(n, 1);
     ASSERT_TRUE(root.compute(n, R.data()));
     R.row(1) = R.row(0);

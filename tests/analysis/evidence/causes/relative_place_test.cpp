@@ -10,7 +10,7 @@ namespace {
 TEST(RelativePlace, LiesAheadAndToTheLeft) {
   RelativePlace::State x;
   x << 1.0, 2.0, std::acos(0.0), 0.0, 5.0;  // looks along y: 3 m ahead, 1 m to the left
-  EXPECT_NEAR((relative_place(x).r - Eigen::Vector2d(3.0, 1.0)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((RelativePlace(x).r - Eigen::Vector2d(3.0, 1.0)).norm(), 0.0, 1e-12);
 }
 
 TEST(RelativePlace, HasTheJacobianOfDifferences) {
@@ -20,8 +20,8 @@ TEST(RelativePlace, HasTheJacobianOfDifferences) {
   for (Index i = 0; i < 5; ++i) {
     const RelativePlace::State ahead = x + kStep * RelativePlace::State::Unit(i);
     const RelativePlace::State behind = x - kStep * RelativePlace::State::Unit(i);
-    const Eigen::Vector2d slope = (relative_place(ahead).r - relative_place(behind).r) / (2.0 * kStep);
-    EXPECT_NEAR((relative_place(x).J.col(i) - slope).norm(), 0.0, 1e-8) << i;
+    const Eigen::Vector2d slope = (RelativePlace(ahead).r - RelativePlace(behind).r) / (2.0 * kStep);
+    EXPECT_NEAR((RelativePlace(x).jacobian().col(i) - slope).norm(), 0.0, 1e-8) << i;
   }
 }
 

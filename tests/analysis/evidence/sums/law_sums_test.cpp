@@ -150,7 +150,7 @@ TEST(RunWhitened, OfALongRunTakesRowsEvenly) {
     EXPECT_LE(rows, 64 * 9 * of_group);
     EXPECT_LT(rows, 5'000);
     for (const RunWhitened& run : {each, taken}) {
-      EXPECT_EQ(run.steps, 10'000);
+      EXPECT_EQ(run.sums.rows(), 10'000);
       const auto squared = static_cast<double>(run.squared);
       EXPECT_NEAR(squared, 10'000.0, 256.0);
       EXPECT_NEAR(run.outer(0, 0) / squared, 5.0, 0.25);
@@ -160,7 +160,7 @@ TEST(RunWhitened, OfALongRunTakesRowsEvenly) {
     EXPECT_NEAR(taken.mean()[0], 2.0, 0.1);
     EXPECT_EQ(taken.mean()[1], 1.0);
     Vector sum = Vector::Zero(2);
-    for (const Vector& of_rows : each.sums) sum += of_rows;
+    for (Index g = 0; g < each.sums.groups(); ++g) sum += each.sums.of_group(g);
     EXPECT_EQ(sum, (Vector{{20'000.0, 10'000.0}}));
   }
 }
@@ -169,7 +169,7 @@ TEST(RunWhitened, OfALongRunTakesRowsEvenly) {
 TEST(StretchMoments, AreOfTheSquaresOfEqualStretches) {
   RunWhitened run{.by_group = true};
   for (Index k = 0; k < 1290; ++k) run.add(std::sqrt(static_cast<double>(k + 1)) * Vector{{1.0, -1.0}}, 64);
-  ASSERT_EQ(run.rows_of_group, 32);  // 40 groups and a part
+  ASSERT_EQ(run.sums.rows_of_group(), 32);  // 40 groups and a part
   StretchMoments stretches;
   stretches.add(run);
   const SecondMoments twentieths = stretches.of_runs(1);
@@ -257,7 +257,7 @@ TEST(LawSums, NormaliseAnErrorByItsOwnDeviation) {
 TEST(LawSums, KeepTheStatesThatARunBeganWith) {
   RunLaw run = run_of({Vector{{1.0, 2.0}}});
   EXPECT_FALSE(run.add_error(Vector::Ones(3), Vector::Ones(3)));
-  EXPECT_EQ(run.averaged.steps, 1);
+  EXPECT_EQ(run.averaged.sums.rows(), 1);
   LawSums sums;
   run.add_to(sums, "");
   EXPECT_EQ(sums.error_means.mean, (Vector{{1.0, 2.0}}));

@@ -163,9 +163,8 @@ TEST(SequentialStudy, BetsOnTheRunsOfEachChunkOnce) {
   SequentialStudy study(wrong);
   RunBetting purse;
   StudyStatistics prefix;
-  constexpr std::int64_t kChunk = 64;
-  for (std::int64_t first = 0; first < 3 * kChunk; first += kChunk) {
-    const StudyStatistics chunk = experiment->run_chunk(first, kChunk);
+  for (std::int64_t first = 0; first < 3 * kChunkRuns; first += kChunkRuns) {
+    const StudyStatistics chunk = experiment->run_chunk(first, kChunkRuns);
     first == 0 ? void(prefix = chunk) : prefix.merge(chunk);
     for (const double average : chunk.nees_of_runs.first) purse.add(average, betting_prices(1.0));
     study.look(chunk, prefix);

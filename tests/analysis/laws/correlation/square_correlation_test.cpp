@@ -24,7 +24,7 @@ Series series(std::uint64_t seed, int runs, int steps, Index dim, double phi, do
   const double dof = static_cast<double>(dim) * runs * steps;
   Series result{{.lags = LongLags(dim), .runs = runs, .dof = dof}};
   for (int run = 0; run < runs; ++run) {
-    result.in_time.lags.begin_run();
+    LagSeries series(dim);
     Vector u(dim);
     for (double& x : u) x = normal(random);
     for (int k = 0; k < steps; ++k) {
@@ -36,8 +36,9 @@ Series series(std::uint64_t seed, int runs, int steps, Index dim, double phi, do
       result.sum_of_squares += mixed.squaredNorm();
       mixed *= 3.0;
       if (dim > 1) mixed[1] += 2.0 / 3.0 * mixed[0];
-      result.in_time.lags.add(mixed);
+      series.add(mixed);
     }
+    result.in_time.lags.add_run(series);
   }
   return result;
 }

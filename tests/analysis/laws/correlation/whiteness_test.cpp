@@ -18,24 +18,32 @@ LagProducts simulate(Index dim, Index lags, int runs, int steps, double phi, std
                      double scale = 1.0) {
   std::normal_distribution<double> normal;
   LagProducts products(dim, lags);
+  LagSeries series(dim);
   for (int run = 0; run < runs; ++run) {
-    products.begin_run();
+    series.clear();
     Vector u = Vector::NullaryExpr(dim, [&] { return normal(generator); });
     for (int k = 0; k < steps; ++k) {
-      products.add(scale * u);
+      series.add(scale * u);
       const Vector w = Vector::NullaryExpr(dim, [&] { return normal(generator); });
       u = phi * u + std::sqrt(1.0 - phi * phi) * w;
     }
+    products.add_run(series);
   }
   return products;
+}
+
+/// One run of a scalar.
+LagSeries scalar_run(const std::vector<double>& values) {
+  LagSeries run(1);
+  for (const double u : values) run.add(Vector::Constant(1, u));
+  return run;
 }
 
 TEST(Whiteness, OneScalarSeriesIsLjungBox) {
   std::vector<double> series{0.3, -1.2, 0.8, 0.1, -0.4, 1.9, -0.7, 0.2, 1.1, -1.5};
   for (std::size_t i = 0; i < 20; ++i) series.push_back(0.5 * series[i] + 0.1 * static_cast<double>(i % 3));
   LagProducts products(1, 5);
-  products.begin_run();
-  for (const double u : series) products.add(Vector::Constant(1, u));
+  products.add_run(scalar_run(series));
   double c0 = 0.0;
   for (const double u : series) c0 += u * u;
   double q = 0.0;
@@ -54,18 +62,49 @@ TEST(Whiteness, OneScalarSeriesIsLjungBox) {
 
 TEST(Whiteness, NoProductSpansTwoRunsOrAGap) {
   LagProducts products(1, 2);
-  for (int run = 0; run < 2; ++run) {
-    products.begin_run();
-    products.add(Vector::Constant(1, 1.0));
-    products.add(Vector::Constant(1, 2.0));
-    products.add_missing();
-    products.add(Vector::Constant(1, 4.0));
-  }
+  LagSeries run = scalar_run({1.0, 2.0});
+  run.add_missing();
+  run.add(Vector::Constant(1, 4.0));
+  for (int i = 0; i < 2; ++i) products.add_run(run);
   EXPECT_EQ(products.pairs(0), 6);
   EXPECT_EQ(products.pairs(1), 2);
   EXPECT_EQ(products.product(1)(0, 0), 4.0);
   EXPECT_EQ(products.pairs(2), 2);
   EXPECT_EQ(products.product(2)(0, 0), 16.0);
+}
+
+// Of two components and more steps than a series has room for at first, against sums as they are written.
+TEST(Whiteness, SumsOfALongRunWithGapsAreThoseOfTheDefinition) {
+  constexpr Index kSteps = 300;
+  std::mt19937_64 generator(11);
+  std::normal_distribution<double> normal;
+  LagSeries run(2);
+  std::vector<Vector> values;
+  for (Index k = 0; k < kSteps; ++k) {
+    values.emplace_back(k % 7 == 3 ? Vector() : Vector::NullaryExpr(2, [&] { return normal(generator); }));
+    if (values.back().size() == 0) {
+      run.add_missing();
+    } else {
+      run.add(values.back());
+    }
+  }
+  for (const Index lags : {Index{20}, LagProducts::kMostLags}) {
+    LagProducts products(2, lags);
+    products.add_run(run);
+    for (Index h = 0; h <= lags; ++h) {
+      Matrix sum = Matrix::Zero(2, 2);
+      std::int64_t pairs = 0;
+      for (Index k = h; k < kSteps; ++k) {
+        const Vector &now = values[static_cast<std::size_t>(k)],
+                     &then = values[static_cast<std::size_t>(k - h)];
+        if (now.size() == 0 || then.size() == 0) continue;
+        sum += now * then.transpose();
+        ++pairs;
+      }
+      EXPECT_EQ(products.product(h), sum) << h;
+      EXPECT_EQ(products.pairs(h), pairs) << h;
+    }
+  }
 }
 
 TEST(Whiteness, ChunksAddUpToTheWhole) {
@@ -162,21 +201,22 @@ TEST(Whiteness, FindsCorrelationOfEitherSign) {
 TEST(Whiteness, DegenerateDataGiveAReason) {
   EXPECT_FALSE(test_whiteness(LagProducts(1, 3), 0.95).reason.empty());
   LagProducts one(1, 3);
-  one.add(Vector::Constant(1, 1.0));
-  one.begin_run();
-  one.add(Vector::Constant(1, 1.0));
+  for (int run = 0; run < 2; ++run) one.add_run(scalar_run({1.0}));
   EXPECT_FALSE(test_whiteness(one, 0.95).reason.empty());
   LagProducts zero(1, 3);
-  for (int k = 0; k < 10; ++k) zero.add(Vector::Zero(1));
+  zero.add_run(scalar_run(std::vector<double>(10, 0.0)));
   EXPECT_FALSE(test_whiteness(zero, 0.95).reason.empty());
   LagProducts bad(1, 3);
-  for (int k = 0; k < 10; ++k) bad.add(Vector::Constant(1, k == 4 ? std::nan("") : 1.0));
+  bad.add_run(scalar_run({1.0, 1.0, 1.0, 1.0, std::nan(""), 1.0, 1.0, 1.0, 1.0, 1.0}));
   EXPECT_EQ(bad.invalid(), 1);
   EXPECT_FALSE(test_whiteness(bad, 0.95).reason.empty());
   EXPECT_TRUE(std::isnan(test_whiteness(bad, 0.95).p_value));
   EXPECT_THROW(LagProducts(0, 3), std::invalid_argument);
+  EXPECT_THROW(LagProducts(1, LagProducts::kMostLags + 1), std::invalid_argument);
+  EXPECT_THROW(LagSeries(0), std::invalid_argument);
   EXPECT_THROW(LagProducts({Matrix::Zero(1, 1)}, {1}, 0), std::invalid_argument);
-  EXPECT_THROW(bad.add(Vector::Zero(2)), std::invalid_argument);
+  EXPECT_THROW(LagSeries(1).add(Vector::Zero(2)), std::invalid_argument);
+  EXPECT_THROW(bad.add_run(LagSeries(2)), std::invalid_argument);
   EXPECT_THROW(test_whiteness(zero, 1.0), std::invalid_argument);
 }
 

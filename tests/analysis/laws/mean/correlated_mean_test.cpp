@@ -20,15 +20,16 @@ CorrelatedSeries correlated_series(int length, double memory, double bias, unsig
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   CorrelatedSeries s;
-  s.products.begin_run();
+  LagSeries series(2);
   Vector u(2);
   u << normal(random), normal(random);
   for (int k = 0; k < length; ++k) {
     const Vector value = u + Vector::Constant(2, bias);
     s.values.add(value);
-    s.products.add(value);
+    series.add(value);
     for (double& x : u) x = memory * x + std::sqrt(1.0 - memory * memory) * normal(random);
   }
+  s.products.add_run(series);
   return s;
 }
 
