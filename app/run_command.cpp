@@ -170,7 +170,7 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < analyses.size(); ++i) {
     ReportedStudy& study = studies.emplace_back(ReportedStudy{.analysis = std::move(analyses[i])});
     if (options.out.empty()) continue;
-    study.trace = configurations[i].experiment->trace_to_draw(0);
+    study.trace = configurations[i].experiment->trace_to_draw(run_to_draw(study.analysis));
     study.description = scenario_comment(options.scenarios[i]);
   }
   tell(study_document(std::move(studies)), options);

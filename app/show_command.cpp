@@ -60,7 +60,8 @@ std::vector<ReportedStudy> reported(std::vector<StoredStudy>& studies, const Sto
     std::optional<StudyAnalysis> analysis = judge(study, options);
     if (!analysis) continue;
     ReportedStudy& each = all.emplace_back(ReportedStudy{.analysis = std::move(*analysis)});
-    if (traced) each.trace = study.configurations.front().experiment->trace_to_draw(0);
+    if (traced)
+      each.trace = study.configurations.front().experiment->trace_to_draw(run_to_draw(each.analysis));
   }
   return all;
 }

@@ -15,7 +15,9 @@ namespace credence::internal {
 
 std::ifstream open_data(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw DataError(file, "", "there is no such file");
+  if (!std::filesystem::exists(file, error)) {
+    throw DataError(file, "", error ? "cannot be read (" + error.message() + ")" : "there is no such file");
+  }
   if (std::filesystem::is_fifo(file, error)) {
     throw DataError(file, "", "is a pipe; credence check - reads one, from standard input");
   }

@@ -1,6 +1,7 @@
 #include "montecarlo/engine/result_store.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -53,7 +54,7 @@ std::filesystem::path lock_file(const std::filesystem::path& directory) {
 
 void remove_database(const std::filesystem::path& directory) {
   std::error_code error;
-  for (const char* suffix : {"", "-wal", "-shm"}) {
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) {
     const std::filesystem::path file = directory / (std::string(kFileName) + suffix);
     std::filesystem::remove(file, error);
     if (error) throw StoreError(fmt::format("{}: cannot be removed ({})", file.string(), error.message()));
@@ -197,7 +198,7 @@ void ResultStore::create_tables(std::string_view tool_version) {
 void ResultStore::check_kind() {
   const std::string file = (directory_ / kFileName).string();
   if (database_->integer("PRAGMA application_id") != kApplication) {
-    throw StoreError(fmt::format("{}: is a database of another program", file));
+    throw StoreError(fmt::format("{}: is a database of another program: name another folder", file));
   }
   const std::int64_t schema = database_->integer("PRAGMA user_version");
   packs_ = schema >= kPackedSince;
@@ -206,9 +207,7 @@ void ResultStore::check_kind() {
     throw StoreError(fmt::format("{}: was written by a newer version (layout {}, this one knows up to {})",
                                  file, schema, kSchema));
   }
-  std::string state = database_->text("PRAGMA integrity_check(1)");
-  std::ranges::replace(state, '\n', ' ');  // a heading, and what it heads
-  if (state != "ok") throw StoreError(fmt::format("{}: is damaged ({})", file, state));
+  if (database_->text("PRAGMA integrity_check(1)") != "ok") database_->fail(SQLITE_CORRUPT);
 }
 
 std::string ResultStore::meta(std::string_view name) const {
@@ -351,7 +350,8 @@ std::optional<std::vector<std::byte>> ResultStore::payload_of(const char* table,
     damage = error.what();
   }
   if (damage.empty()) return payload;
-  throw StoreError(fmt::format("{}: {} are damaged ({})", directory_.string(), describe(key), damage));
+  throw StoreError(fmt::format("{}: {} are damaged ({}): {}", (directory_ / kFileName).string(),
+                               describe(key), damage, kDamageAdvice));
 }
 
 std::vector<ChunkKey> ResultStore::chunks(std::string_view configuration) const {

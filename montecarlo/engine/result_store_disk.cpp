@@ -49,4 +49,11 @@ void reserve_shared_memory(const std::filesystem::path& database) {
   }
 }
 
+void require_regular_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return;
+  throw StoreError(fmt::format("{}: is no regular file: remove it, or name another folder", file.string()));
+}
+
 }  // namespace credence::internal

@@ -12,4 +12,8 @@ bool has_room(const std::filesystem::path& database);
 void require_room(const std::filesystem::path& database);
 void reserve_shared_memory(const std::filesystem::path& database);
 
+/// Throws StoreError where something else than a file has this name: of a pipe, whoever opens it may wait for
+/// ever.
+void require_regular_file(const std::filesystem::path& file);
+
 }  // namespace credence::internal

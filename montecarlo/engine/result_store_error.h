@@ -9,4 +9,8 @@ struct StoreError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What to do about a store that is damaged.
+inline constexpr const char* kDamageAdvice =
+    "delete or move the file, and its runs are played again by the command that stored them";
+
 }  // namespace credence::internal

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string>
 
+#include "montecarlo/engine/result_store_disk.h"
 #include "montecarlo/engine/result_store_error.h"
 
 namespace credence::internal {
@@ -48,6 +49,7 @@ std::string holder(int descriptor, const std::filesystem::path& file) {
 
 /// The file, made where it is missing, with the lock on it.
 int locked(const std::filesystem::path& file) {
+  require_regular_file(file);
   const std::string directory = file.parent_path().string();
   const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor < 0) {

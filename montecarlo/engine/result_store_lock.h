@@ -16,7 +16,7 @@ std::optional<std::int64_t> lock_holder(const std::filesystem::path& file);
 /// The lock goes with the process, however it ends; the file stays and means nothing by itself.
 class ResultStoreLock {
  public:
-  /// Throws StoreError naming the process that holds it, or why the file cannot be made.
+  /// Throws StoreError naming the process that holds it, or what is wrong with the file.
   explicit ResultStoreLock(const std::filesystem::path& file);
   ~ResultStoreLock();
   ResultStoreLock(const ResultStoreLock&) = delete;

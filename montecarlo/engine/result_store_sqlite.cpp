@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "montecarlo/engine/result_store_disk.h"
 #include "montecarlo/engine/result_store_error.h"
 
 namespace credence::internal {
@@ -39,8 +40,8 @@ std::string explain(sqlite3* database, int code) {
              "stored";
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return "is locked by another process";
-    case SQLITE_NOTADB: return "is no result store (it is not an SQLite database)";
-    case SQLITE_CORRUPT: return fmt::format("is damaged ({})", reason(database, code));
+    case SQLITE_NOTADB: return fmt::format("is no result store, or one that is damaged: {}", kDamageAdvice);
+    case SQLITE_CORRUPT: return fmt::format("is damaged: {}", kDamageAdvice);
     case SQLITE_READONLY:
     case SQLITE_PERM: return "cannot be written to (it is read-only)";
     case SQLITE_CANTOPEN: return fmt::format("cannot be opened ({})", reason(database, code));
@@ -110,6 +111,7 @@ std::vector<std::byte> SqliteStatement::blob(int column) const {
 void SqliteDatabase::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
 
 SqliteDatabase::SqliteDatabase(const std::filesystem::path& file, Mode mode) : file_(file.string()) {
+  for (const char* part : {"", "-journal", "-wal", "-shm"}) require_regular_file(file_ + part);
   // Absolute, since a relative name might begin with "file:" and be taken for a URI.
   const std::filesystem::path absolute = std::filesystem::absolute(file);
   const bool immutable = mode == Mode::immutable;

@@ -19,6 +19,9 @@ std::string word_clause(const Word& word, const ConsistencyVerdict& nees,
 std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees,
                           std::span<const BlockVerdict> blocks = {});
 
+/// The step whose test decided that a verdict is inconsistent; null where the mean did, or the sensors.
+const StepTest* deciding_step(const ConsistencyVerdict& verdict);
+
 /// What the value of a verdict would have to lie within: the bounds of its mean, or where a step decided
 /// those of that step and what it has.
 std::string trusted_text(const ConsistencyVerdict& v);

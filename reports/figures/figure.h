@@ -64,6 +64,7 @@ struct Series {
   StrokeStyle stroke = StrokeStyle::by_role;
   MarkerShape marker = MarkerShape::by_role;
   double weight = 1.0;  ///< line width and marker size relative to the role's
+  double aside = 0.0;   ///< lines, points and error bars: how far to the right, in canvas units
   bool filled = false;  ///< polygons
   FigureData x{}, y{};
   FigureData lower{}, upper{};      ///< bands and error bars
@@ -92,7 +93,7 @@ std::vector<Series> error_series(FigureText label, ColourRole role, const Figure
                                  FigureData two_sigma, bool label_bounds = true);
 /// Closed outlines, separated by a non-finite point (append_curve).
 Series polygon_series(FigureText label, ColourRole role, FigureData x, FigureData y);
-/// Words to the right of and above points.
+/// Words to the right of and above points, or in another corner where they would lie on others.
 Series text_series(ColourRole role, FigureData x, FigureData y, std::vector<FigureText> texts);
 /// Cells around the centres (x_j, y_i), both strictly increasing; their colours follow the panel's colour
 /// scale.

@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <limits>
 
+#include "core/nan.h"
 #include "reports/figures/figure_text.h"
 
 namespace credence::internal {
@@ -190,6 +191,28 @@ AxisRange colour_range_of(const Panel& panel) {
     for (Index i = 0; i < series.cells.size(); ++i) hull.add(series.cells.data()[i]);
   }
   return hull.range(0.0);
+}
+
+void leave_out_start(Figure& figure, bool bounds_alone) {
+  constexpr std::ptrdiff_t kStart = 10;
+  constexpr double kMuchLonger = 2.0;
+  bool beyond = false;
+  for (Panel& panel : figure.panels) {
+    if (panel.log_y || panel.y_range) continue;
+    Panel rest = panel;
+    for (Series& series : rest.series) {
+      if (bounds_alone && series.role != ColourRole::bound) continue;
+      for (FigureData* values : {&series.y, &series.lower, &series.upper}) {
+        const auto first = std::ranges::find_if(*values, [](double v) { return std::isfinite(v); });
+        std::fill(first, first + (values->end() - first) / kStart, kNaN);
+      }
+    }
+    const AxisRange whole = y_range_of(panel), needed = y_range_of(rest);
+    if (whole.high - whole.low <= kMuchLonger * (needed.high - needed.low)) continue;
+    panel.y_range = needed;
+    beyond = true;
+  }
+  if (beyond) figure.caption += " What the first steps alone need lies beyond the axes.";
 }
 
 std::vector<double> cell_edges(const FigureData& centres, bool log) {

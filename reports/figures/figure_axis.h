@@ -33,6 +33,10 @@ AxisRange x_range_of(const Panel& panel);
 AxisRange y_range_of(const Panel& panel);
 AxisRange colour_range_of(const Panel& panel);
 
+/// Where the first tenth of the steps makes a linear vertical axis more than twice as long as the rest needs,
+/// ends it there, and adds that to the caption. bounds_alone: of the start only bounds may lie beyond it.
+void leave_out_start(Figure& figure, bool bounds_alone);
+
 /// The edges of cells around increasing centres: midpoints (geometric ones on a log axis), mirrored at the
 /// ends.
 std::vector<double> cell_edges(const FigureData& centres, bool log);

@@ -7,9 +7,9 @@
 #include <iterator>
 #include <utility>
 
-#include "core/manifold/angle.h"
 #include "reports/document/logs/log_table.h"
 #include "reports/document/study/calibration_report.h"
+#include "reports/figures/figure_axis.h"
 #include "reports/figures/step_axis.h"
 #include "reports/figures/study_figures.h"
 
@@ -17,26 +17,20 @@ namespace credence::internal {
 namespace {
 
 Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
+  const bool has_nees = a.judgement.nees.count > 0, has_nis = a.judgement.nis.count > 0;
   Figure figure{
       .name = name + "-consistency",
-      .caption = fmt::format("NEES and NIS, {}. A consistent filter stays within the "
+      .caption = fmt::format("{}, {}. A consistent filter stays within the "
                              "band at {:g} % of single steps, and between the outer lines at all steps.",
+                             !has_nis    ? "NEES"
+                             : !has_nees ? "NIS"
+                                         : "NEES and NIS",
                              over_runs_text(a.evidence.study.runs), 100.0 * a.judgement.confidence)};
-  if (a.judgement.nees.count > 0)
-    figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
-  if (a.judgement.nis.count > 0)
-    std::ranges::move(nis_panels(a.judgement, figure.caption), std::back_inserter(figure.panels));
+  if (has_nees) figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
+  if (has_nis) std::ranges::move(nis_panels(a.judgement, figure.caption), std::back_inserter(figure.panels));
+  leave_out_start(figure, true);
   arrange(figure);
   return figure;
-}
-
-bool is_place(const RunLayout& layout, const std::string& state) {
-  return std::ranges::any_of(layout.blocks, [&](const Block& block) {
-    const bool of_places = block.part == Part::position || block.part == Part::landmark;
-    return of_places && std::ranges::any_of(block.states, [&](Index i) {
-             return layout.states[static_cast<std::size_t>(i)] == state;
-           });
-  });
 }
 
 /// Errors of the first run, state by state: of all states of an inertial filter, of a map the first ones.
@@ -60,17 +54,15 @@ Figure errors_figure(const std::string& name, const RunErrors& run, const LogAna
   const FigureData x =
       figure_data(run.step, [&](double step) { return step_place(times, static_cast<std::int64_t>(step)); });
   for (const RunErrors::State* state : estimated) {
-    const double scale = state->angle ? 1.0 / kRadiansPerDegree : 1.0;
+    const ErrorUnit unit = error_unit(layout, state->name, state->angle);
     const auto scaled = [](double factor) { return [factor](double value) { return factor * value; }; };
-    Panel panel{.title = state->name,
-                .x_label = step_label(times),
-                .y_label = state->angle                    ? "error (°)"
-                           : is_place(layout, state->name) ? "error (m)"
-                                                           : "error"};
-    panel.series = error_series("error", ColourRole::estimate, x, figure_data(state->error, scaled(scale)),
-                                figure_data(state->sigma, scaled(2.0 * scale)));
+    Panel panel{.title = state->name, .x_label = step_label(times), .y_label = unit.label};
+    panel.series =
+        error_series("error", ColourRole::estimate, x, figure_data(state->error, scaled(unit.scale)),
+                     figure_data(state->sigma, scaled(2.0 * unit.scale)));
     figure.panels.push_back(std::move(panel));
   }
+  leave_out_start(figure, false);
   arrange(figure);
   return figure;
 }
@@ -82,6 +74,7 @@ Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
   std::vector<TitledVerdict> verdicts;
   for (const BlockVerdict* block : blocks_in_order(a)) verdicts.push_back({block->name, &block->verdict});
   figure.panels = verdict_panels(std::move(verdicts), "mean NEES", "blocks", figure.caption);
+  leave_out_start(figure, true);
   arrange(figure);
   return figure;
 }

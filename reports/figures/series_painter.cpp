@@ -9,6 +9,7 @@
 #include "reports/figures/figure_decimation.h"
 #include "reports/figures/figure_marker.h"
 #include "reports/figures/figure_style.h"
+#include "reports/figures/figure_text.h"
 
 namespace credence::internal {
 namespace {
@@ -65,7 +66,7 @@ void SeriesPainter::paint(const Series& series) {
   switch (series.kind) {
     case SeriesKind::line:
     case SeriesKind::steps: return curve(series);
-    case SeriesKind::points: return markers(series, scale_.curves(series.x, series.y));
+    case SeriesKind::points: return markers(series, curves(series, series.x, series.y));
     case SeriesKind::level:
       return lines(pen_of(series), scale_.curves({x.low, x.high}, {series.y[0], series.y[0]}));
     case SeriesKind::upright:
@@ -95,6 +96,15 @@ void SeriesPainter::paint_sample(const Series& series, const LegendEntry& entry)
   if (series.kind == SeriesKind::points || series.kind == SeriesKind::error_bars) {
     paint_markers(series, middle, canvas_);
   }
+}
+
+std::vector<CanvasPath> SeriesPainter::curves(const Series& series, const FigureData& x,
+                                              const FigureData& y) const {
+  std::vector<CanvasPath> curves = scale_.curves(x, y);
+  for (CanvasPath& curve : curves) {
+    for (CanvasPoint& point : curve) point.x += series.aside;
+  }
+  return curves;
 }
 
 void SeriesPainter::lines(const Pen& pen, const std::vector<CanvasPath>& curves) {
@@ -136,35 +146,35 @@ void SeriesPainter::areas(const Series& series, const std::vector<CanvasPath>& o
 // A point without neighbours has no line; it is shown by a marker or, of what is expected or accepted, by a
 // stroke as short: markers would look like data.
 void SeriesPainter::curve(const Series& series) {
-  std::vector<CanvasPath> curves;
+  std::vector<CanvasPath> joined;
   std::vector<CanvasPath> lone;
-  const std::vector<CanvasPath> pieces = scale_.curves(series.x, series.y);
+  const std::vector<CanvasPath> pieces = curves(series, series.x, series.y);
   const bool by_marker = pen_of(series).stroke == StrokeStyle::solid || pieces.size() == 1;
   for (const CanvasPath& curve : pieces) {
     if (curve.size() == 1) {
       if (by_marker) {
         lone.push_back(curve);
       } else {
-        curves.push_back(widened(curve));
+        joined.push_back(widened(curve));
       }
     } else {
-      curves.push_back(thinned(series.kind == SeriesKind::steps ? staircase(curve) : curve));
+      joined.push_back(thinned(series.kind == SeriesKind::steps ? staircase(curve) : curve));
     }
   }
-  lines(pen_of(series), curves);
+  lines(pen_of(series), joined);
   markers(series, lone);
 }
 
 void SeriesPainter::error_bars(const Series& series) {
   std::vector<CanvasPath> bars;
   for (std::size_t i = 0; i < series.x.size(); ++i) {
-    const auto bar = scale_.curves({series.x[i], series.x[i]}, {series.lower[i], series.upper[i]});
+    const auto bar = curves(series, {series.x[i], series.x[i]}, {series.lower[i], series.upper[i]});
     if (bar.size() == 1 && bar[0].size() == 2) bars.push_back(bar[0]);
   }
   Pen pen = pen_of(series);
   pen.stroke = StrokeStyle::solid;  // dashes tear short bars apart
   lines(pen, bars);
-  markers(series, scale_.curves(series.x, series.y));
+  markers(series, curves(series, series.x, series.y));
 }
 
 // Each unbroken stretch is an area: forth along the upper curve, back along the lower one.
@@ -208,9 +218,37 @@ void SeriesPainter::polygons(const Series& series) {
   lines(pen_of(series), outlines);
 }
 
+SeriesPainter::WordsPlace SeriesPainter::beside(CanvasPoint point, double width) const {
+  constexpr double kAside = 5.0, kRise = 9.0, kFall = 3.0;
+  constexpr int kCorners = 4, kRounds = 3;
+  const auto corner = [&](int i) {
+    const bool below = i % 2 == 1, left = i % kCorners >= 2;
+    const double away = kAside + (kRise + kFall) * (i / kCorners);
+    const CanvasPoint at{point.x + (left ? -kAside : kAside), point.y + (below ? away + kRise : -away)};
+    const double start = left ? at.x - width : at.x;
+    return WordsPlace{
+        at, left ? TextAnchor::end : TextAnchor::start, {start, start + width, at.y - kRise, at.y + kFall}};
+  };
+  const auto is_free = [&](const CanvasBox& box) {
+    return std::ranges::none_of(words_, [&](const CanvasBox& other) {
+      return box.left < other.right && other.left < box.right && box.top < other.bottom &&
+             other.top < box.bottom;
+    });
+  };
+  const WordsPlace usual = corner(0);
+  if (!cells_.empty() || is_free(usual.box)) return usual;
+  for (int i = 1; i < kCorners * kRounds; ++i) {
+    const WordsPlace other = corner(i);
+    if (is_free(other.box) && is_inside({other.box.left, other.box.top}, layout_.box) &&
+        is_inside({other.box.right, other.box.bottom}, layout_.box)) {
+      return other;
+    }
+  }
+  return usual;
+}
+
 // On a cell of a heat map in the one of black and white that can be read there.
 void SeriesPainter::words(const Series& series) {
-  constexpr double kAside = 5.0;
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const CanvasPoint place{scale_.x(series.x[i]), scale_.y(series.y[i])};
     if (!is_inside(place, layout_.box)) continue;
@@ -218,7 +256,9 @@ void SeriesPainter::words(const Series& series) {
     const std::uint32_t rgb = cell == cells_.end() ? style_of(series.role).rgb
                               : is_dark(cell->rgb) ? kLightWords
                                                    : kDarkWords;
-    canvas_.write(series.texts[i], {place.x + kAside, place.y - kAside}, {.rgb = rgb});
+    const auto [at, anchor, box] = beside(place, text_width(series.texts[i]));
+    canvas_.write(series.texts[i], at, {.anchor = anchor, .rgb = rgb});
+    words_.push_back(box);
     has_painted_ = true;
   }
 }

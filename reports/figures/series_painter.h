@@ -22,6 +22,8 @@ class SeriesPainter {
   bool has_painted() const { return has_painted_; }
 
  private:
+  /// The curves (x_i, y_i), as far to the right as the series stands aside.
+  std::vector<CanvasPath> curves(const Series& series, const FigureData& x, const FigureData& y) const;
   void lines(const Pen& pen, const std::vector<CanvasPath>& curves);
   void markers(const Series& series, const std::vector<CanvasPath>& places);
   void areas(const Series& series, const std::vector<CanvasPath>& outlines);
@@ -38,10 +40,20 @@ class SeriesPainter {
     std::uint32_t rgb = 0;
   };
 
+  struct WordsPlace {
+    CanvasPoint at;
+    TextAnchor anchor;
+    CanvasBox box;
+  };
+
+  /// To the right of and above `point`; where other words stand there, in the nearest free corner.
+  WordsPlace beside(CanvasPoint point, double width) const;
+
   const PanelLayout& layout_;
   PanelScale scale_;
   Canvas& canvas_;
-  std::vector<Cell> cells_;  ///< painted so far
+  std::vector<Cell> cells_;       ///< painted so far
+  std::vector<CanvasBox> words_;  ///< painted so far
   bool has_painted_ = false;
 };
 

@@ -14,6 +14,7 @@
 #include "core/nan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/study/judgement_report.h"
+#include "reports/figures/figure_axis.h"
 #include "reports/figures/step_axis.h"
 
 namespace credence::internal {
@@ -190,18 +191,51 @@ std::string over_runs_text(std::int64_t runs) {
 
 namespace {
 
-/// A mean far above its bounds would leave nothing else to be seen on a linear axis.
+/// A mean far above its bounds would leave nothing else to be seen on a linear axis, and means far below them
+/// are a line on zero.
 void show_divergence(Panel& panel, std::span<const StepTest> steps) {
-  constexpr double kFar = 50.0;
-  double highest = 0.0, bound = 0.0, least = std::numeric_limits<double>::infinity();
+  constexpr double kFar = 50.0, kLowest = 1e-3;
+  double highest = 0.0, bound = 0.0, sum = 0.0, expected = 0.0, count = 0.0;
+  double least = std::numeric_limits<double>::infinity(), lowest = least;
   for (const StepTest& step : steps) {
+    if (!step.has_data()) continue;
     if (std::isfinite(step.mean)) highest = std::max(highest, step.mean);
     if (std::isfinite(step.simultaneous_upper)) bound = std::max(bound, step.simultaneous_upper);
     if (step.expected > 0.0) least = std::min(least, step.expected);
+    if (step.mean > 0.0) lowest = std::min(lowest, step.mean);
+    sum += step.mean;
+    expected += step.expected;
+    count += 1.0;
   }
-  if (!(highest > kFar * bound && bound > 0.0 && std::isfinite(least))) return;
+  if (!(bound > 0.0 && std::isfinite(least))) return;
+  const bool below = sum > 0.0 && kFar * sum < expected;
+  if (!below && !(highest > kFar * bound)) return;
   panel.log_y = true;
-  panel.y_range = {0.1 * least, 2.0 * highest};
+  panel.y_range = {below ? std::max(0.5 * lowest, kLowest * sum / count) : 0.1 * least,
+                   2.0 * std::max(highest, bound)};
+}
+
+/// Whether the dof goes up and down, so that lines would fill the panel; that of a map only grows.
+bool falls_often(std::span<const StepTest> steps) {
+  constexpr double kMuch = 0.05;
+  constexpr std::size_t kOften = 20;  // of so many steps, one
+  std::size_t falls = 0, count = 0;
+  double before = 0.0;
+  for (const StepTest& step : steps) {
+    if (!step.has_data()) continue;
+    falls += step.expected < (1.0 - kMuch) * before ? 1 : 0;
+    before = step.expected;
+    ++count;
+  }
+  return kOften * falls > count;
+}
+
+void divide_by_dof(StepTest& step) {
+  const double dof = step.expected;
+  for (double* number : {&step.mean, &step.expected, &step.lower, &step.upper, &step.simultaneous_lower,
+                         &step.simultaneous_upper}) {
+    *number /= dof;
+  }
 }
 
 }  // namespace
@@ -219,6 +253,11 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
     x.push_back(step_place(times, verdict.step_of(static_cast<std::int64_t>(k) + 1)));
     shown.push_back(verdict.steps[k]);
   }
+  const bool over_dof = falls_often(shown);
+  if (over_dof) {
+    panel.y_label = std::string(y_label) + " over dof";
+    std::ranges::for_each(shown, divide_by_dof);
+  }
   const auto tested = [&](double StepTest::*number) {
     return figure_data(shown, [&](const StepTest& step) { return step.has_data() ? step.*number : kNaN; });
   };
@@ -229,7 +268,7 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
       line_series("", ColourRole::bound, x, tested(&StepTest::simultaneous_upper)),
       line_series("expected", ColourRole::neutral, x, tested(&StepTest::expected)),
       line_series("measured mean", ColourRole::estimate, x, tested(&StepTest::mean))};
-  if (!exact.empty())
+  if (!exact.empty() && !over_dof)
     panel.series.push_back(line_series("exact", ColourRole::exact, step_places(times, exact.size()), exact));
   show_divergence(panel, shown);
   return panel;
@@ -342,6 +381,16 @@ std::vector<std::size_t> shown_states(const RunLayout& layout, std::size_t n,
 
 }  // namespace
 
+ErrorUnit error_unit(const RunLayout& layout, const std::string& state, bool angle) {
+  for (const Block& block : layout.blocks) {
+    const auto is_state = [&](Index i) { return layout.states[static_cast<std::size_t>(i)] == state; };
+    if (std::ranges::none_of(block.states, is_state)) continue;
+    if (block.part == Part::heading) angle = true;
+    if (block.part == Part::position || block.part == Part::landmark) return {"error (m)"};
+  }
+  return angle ? ErrorUnit{"error (°)", 1.0 / kRadiansPerDegree} : ErrorUnit{};
+}
+
 Figure states_run_figure(const std::string& name, const RunTrace& trace, std::span<const BlockVerdict> blocks,
                          const StepTimes* times) {
   const FigureData steps = step_places(times, trace.steps.size(), 0);
@@ -355,13 +404,12 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace, std::sp
   Figure figure{.name = name + "-run", .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which)};
   for (const std::size_t i : states) {
     const bool angle = i < trace.layout.angles.size() && trace.layout.angles[i];
-    Panel panel{.title = trace.layout.states[i],
-                .x_label = step_label(times),
-                .y_label = angle ? "error (°)" : "error"};
-    add_error(panel, steps, trace, static_cast<Index>(i), "error", ColourRole::estimate, true,
-              angle ? 1.0 / kRadiansPerDegree : 1.0);
+    const ErrorUnit unit = error_unit(trace.layout, trace.layout.states[i], angle);
+    Panel panel{.title = trace.layout.states[i], .x_label = step_label(times), .y_label = unit.label};
+    add_error(panel, steps, trace, static_cast<Index>(i), "error", ColourRole::estimate, true, unit.scale);
     figure.panels.push_back(std::move(panel));
   }
+  leave_out_start(figure, false);
   arrange(figure);
   return figure;
 }
@@ -385,19 +433,19 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
   const StepTimes* const times = analysis.nees.times.get();
   Panel panel{.title = "Covariance",
               .x_label = step_label(times),
-              .y_label = kind == RunFigure::states ? "trace" : "trace (m²)"};
+              .y_label = kind == RunFigure::states && c.vehicle.empty() ? "trace" : "trace (m²)"};
   const FigureData x = step_places(times, c.trace.size());
   if (kind == RunFigure::states) {
-    panel.series.push_back(line_series("all states", ColourRole::first, x, c.trace));
-    if (!c.vehicle.empty()) {
-      panel.series.push_back(line_series("position (m²)", ColourRole::second, x, c.vehicle));
-    }
+    // Beside a position all states together have no unit.
+    panel.series.push_back(c.vehicle.empty() ? line_series("all states", ColourRole::first, x, c.trace)
+                                             : line_series("position", ColourRole::first, x, c.vehicle));
   } else {
     panel.series.push_back(line_series(kind == RunFigure::plane_slam ? "vehicle position" : "vehicle",
                                        ColourRole::first, x, c.vehicle));
     panel.series.push_back(line_series("landmarks", ColourRole::second, x, c.landmarks));
   }
   figure.panels.push_back(std::move(panel));
+  leave_out_start(figure, true);
   arrange(figure);
   return figure;
 }

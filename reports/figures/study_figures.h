@@ -38,8 +38,18 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
 /// "means over 200 runs", "of one run": what a curve over steps shows.
 std::string over_runs_text(std::int64_t runs);
 
+/// The label of an axis of errors, and what turns them into its unit.
+struct ErrorUnit {
+  const char* label = "error";
+  double scale = 1.0;
+};
+
+/// Metres and degrees are known, of positions and landmarks, and of headings and what `angle` says.
+ErrorUnit error_unit(const RunLayout& layout, const std::string& state, bool angle);
+
 /// The means of every step with pointwise and simultaneous bounds; `exact` may be empty. Where fewer than
-/// half of the steps have data they alone are shown.
+/// half of the steps have data they alone are shown; where the dof falls often all is shown over it,
+/// without `exact`.
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact);
 

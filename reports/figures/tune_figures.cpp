@@ -7,6 +7,7 @@
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/tuning/score_shape.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -114,10 +115,16 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
       std::abs(t.tuning.start[second] - t.tuning.phi[second]) < reach) {
     panel.series.push_back(point_series("present", ColourRole::neutral, {present_x}, {present_y}));
   }
+  std::string held;
+  for (const Index other : t.tuning.estimate.free) {
+    if (other != first && other != second)
+      append_item(held, axis_of(model, t.tuning, keys_of(t), other).label);
+  }
   return {.name = "surface",
           .caption =
               "The mean log score of the innovations has one maximum. On the line the mean NIS is "
-              "the expected one: whoever tunes by NIS alone may end anywhere on it.",
+              "the expected one: whoever tunes by NIS alone may end anywhere on it." +
+              (held.empty() ? "" : fmt::format(" Held at what was tuned: {}.", held)),
           .panels = {std::move(panel)},
           .row_height = 30.0};
 }

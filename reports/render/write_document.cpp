@@ -36,10 +36,13 @@ std::vector<Drawing> draw_figures(const Document& document, const ReportFolder& 
 /// without stored results, a file that no page leads to.
 void require_own_files(const Document& document, const ReportFolder& directory) {
   const std::filesystem::path page = directory / "index.html";
-  const auto refuse = [](const std::filesystem::path& path) {
+  const auto refuse = [&](const std::filesystem::path& path) {
+    const std::string command = command_of_page(page);
     throw OutputError(fmt::format(
-        "{}: is there already and no file of a report, which would replace it; name another folder",
-        path.string()));
+        "{}: is there already and no file of {}, and would be replaced: name another --out, or move the file "
+        "away",
+        path.string(),
+        command.empty() ? "a report" : fmt::format("the report in that folder, which is of `{}`", command)));
   };
   if (std::filesystem::is_regular_file(page) && !is_report_page(page)) refuse(page);
   if (ResultStore::exists(directory)) return;

@@ -306,7 +306,7 @@ TEST_F(CheckCommand, WhereNothingIsClaimedButCertaintyTheAnswerSaysSo) {
   const Finished f = run({"check", "log.csv"});
   EXPECT_EQ(f.code, 3) << f.err;
   EXPECT_THAT(f.out,
-              testing::StartsWith("Can this covariance be trusted? undecided: x errs in 3 of 3 rows where P "
+              testing::StartsWith("Can this covariance be trusted? Undecided: x errs in 3 of 3 rows where P "
                                   "claims certainty (variance 0)\n"));
 }
 

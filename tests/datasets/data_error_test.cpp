@@ -33,5 +33,18 @@ TEST(DataError, APipeIsNotWaitedFor) {
   }
 }
 
+TEST(DataError, ALoopOfLinksIsNotSaidToBeMissing) {
+  const TemporaryFolder folder;
+  const std::filesystem::path loop = folder / "loop.csv";
+  std::filesystem::create_symlink("loop.csv", loop);
+  try {
+    open_data(loop);
+    FAIL();
+  } catch (const DataError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              loop.string() + ": cannot be read (Too many levels of symbolic links)");
+  }
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -74,7 +74,7 @@ def test_one_run_that_diverges_is_named():
     error[7, 30:] += 60.0 * np.sqrt(P[7, 30:].diagonal(axis1=-2, axis2=-1))
     result = credence.check(error, P, innovation, S, names=["x", "v"])
     assert result.verdict == "optimistic"
-    assert f"in run 7 of {len(error)} alone, from its row 31 on" in result.says
+    assert f"in run 7 (of 0 to {len(error) - 1}) alone, from step 31 on" in result.says
     assert result.causes[0].name == "a filter that loses its way in a few runs"
     assert [run["run"] for run in result.to_dict()["battery"]["lost_runs"]] == [7]
 
@@ -442,7 +442,7 @@ def test_a_report_and_a_notebook(tmp_path):
     page = result.report(tmp_path / "out")
     assert "optimistic" in open(page).read()
     assert result.report(os.fsencode(tmp_path / "out")) == page
-    assert repr(result).startswith("Can this covariance be trusted? optimistic")
+    assert repr(result).startswith("Can this covariance be trusted? No: optimistic")
     assert "<b>optimistic</b>" in result._repr_html_()
     blocked = tmp_path / "file"
     blocked.write_text("")

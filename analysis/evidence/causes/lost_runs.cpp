@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "analysis/evidence/sums/evidence.h"
 #include "analysis/laws/mean/student.h"
 #include "core/append_item.h"
 #include "montecarlo/engine/moments.h"
@@ -68,9 +69,20 @@ std::string names_of(const LostRuns& lost) {
     append_item(names, named ? lost.runs[i].name : std::to_string(lost.runs[i].run));
   }
   if (named) return names + (lost.runs.size() > kNamed ? ", …" : "");
-  return fmt::format("run{} {}{} of {}", lost.runs.size() == 1 ? "" : "s", names,
-                     lost.runs.size() > kNamed ? ", …" : "",
-                     lost.others + static_cast<std::int64_t>(lost.runs.size()));
+  return fmt::format("run{} {}{} (of 0 to {})", lost.runs.size() == 1 ? "" : "s", names,
+                     lost.runs.size() > kNamed ? ", …" : "", lost.others + std::ssize(lost.runs) - 1);
+}
+
+bool rows_are_steps(const RunSums& runs, const ConsistencyVerdict& nees) {
+  const auto steps = std::ssize(nees.steps);
+  const auto of_all = [steps](const std::vector<double>& run) { return std::ssize(run) == steps; };
+  return nees.step_stride == 1 && std::ranges::all_of(runs.nees, of_all) &&
+         std::ranges::all_of(runs.further, [steps](const RunCourse& run) { return run.rows == steps; });
+}
+
+std::string place_of(const LostRun& run, bool by_step, const ConsistencyVerdict& nees) {
+  return by_step ? nees.text_of({.first = run.row, .last = run.row, .count = 1})
+                 : fmt::format("its row {}", run.row);
 }
 
 }  // namespace credence::internal

@@ -6,12 +6,15 @@
 #include <vector>
 
 #include "analysis/evidence/sums/run_course.h"
+#include "analysis/evidence/verdicts/consistency.h"
 
 /// @file
 /// Runs in which a filter lost its way while it held it in the others: whoever finds one run of twenty
 /// diverged wants to look at that run, and not to scale P.
 
 namespace credence::internal {
+
+struct RunSums;
 
 /// A run whose errors left P behind.
 struct LostRun {
@@ -45,8 +48,15 @@ LostRuns find_lost_runs(std::span<const RunCourse> runs);
 /// "run 7": its name, or its number.
 std::string name_of(const LostRun& run);
 
-/// "run 7 of 20", "runs 3, 7 of 20": by their numbers, from 0, or "run 13 of dv, run 2 of dw": by their
+/// "run 7 (of 0 to 19)", "runs 3, 7 (of 0 to 19)": by their numbers, or "run 13 of dv, run 2 of dw": by their
 /// names.
 std::string names_of(const LostRuns& lost);
+
+/// Whether the rows of these runs are the steps of `nees`: each has a NEES at all of them.
+bool rows_are_steps(const RunSums& runs, const ConsistencyVerdict& nees);
+
+/// From when on a run is lost: "step 51 (t = 5.1 s)" where its rows are the steps of `nees` (by_step), else
+/// "its row 51".
+std::string place_of(const LostRun& run, bool by_step, const ConsistencyVerdict& nees);
 
 }  // namespace credence::internal

@@ -102,8 +102,9 @@ ReportTable calibration_table(const SelftestResult& result) {
           "{:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
           result.studies, result.runs, result.steps, 100.0 * (1.0 - result.family_level),
           100.0 * result.family_level),
-      "conservative: at most nominal, by proof or, where whole runs are compared, to the precision of "
-      "run_mean.h; often far below. approximate: a limit law or matched cumulants."};
+      "conservative: at most nominal, by proof or, where whole runs are compared, to the "
+      "precision of the law of their mean; often far below. approximate: a limit law or "
+      "matched cumulants."};
   return table;
 }
 
@@ -139,12 +140,19 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
          TableCell(100.0 * filter.named.interval.value, 3), causes,
          filter.ok ? TableCell("ok", CellTone::good) : TableCell("NOT FOUND", CellTone::alarm)});
   }
+  std::string right;
+  for (const WrongFilterResult& filter : result.wrong_filters) {
+    if (filter.caught_most < 1.0) append_item(right, filter.name, "; ");
+  }
   table.notes = {fmt::format(
       "caught: by the word at {:g} %, over everything together. {} studies of {} runs for each filter. ok "
       "unless the share is proved to be below {:g} % caught, {:g} % named or 99 % of those caught in the "
-      "right direction; where P is right, above 10 % caught.",
+      "right direction{}.",
       100.0 * result.power_level, result.wrong_filter_studies, result.wrong_filter_runs,
-      100.0 * result.wrong_filters.front().caught_wanted, 100.0 * result.wrong_filters.front().named_wanted)};
+      100.0 * result.wrong_filters.front().caught_wanted, 100.0 * result.wrong_filters.front().named_wanted,
+      right.empty()
+          ? ""
+          : "; where P is right, and the cause alone is to be found (" + right + "), above 10 % caught")};
   return table;
 }
 
@@ -189,6 +197,7 @@ Panel rate_panel(const SelftestResult& result, double nominal) {
 
 /// The tests of the first filter; those of one with other sensors may be others.
 Figure power_figure(const SelftestResult& result) {
+  constexpr double kLeast = 15.0, kLine = 1.5;  // of a name
   const std::vector<WrongFilterResult>& filters = result.wrong_filters;
   const std::vector<PowerRow> tests = filters.empty() ? std::vector<PowerRow>() : filters.front().power;
   FigureData x = index_axis(std::ssize(tests)), y = index_axis(std::ssize(filters));
@@ -217,6 +226,7 @@ Figure power_figure(const SelftestResult& result) {
               .colour_range = AxisRange{0.0, 100.0}};
   panel.series.push_back(heat_series(std::move(x), std::move(y), std::move(cells)));
   figure.panels = {panel};
+  figure.row_height = std::max(kLeast, kLine * static_cast<double>(filters.size()));
   return figure;
 }
 
@@ -234,7 +244,8 @@ Figure false_alarm_figure(const SelftestResult& result) {
 ReportAnswer selftest_answer(const SelftestResult& result) {
   const std::size_t failures = selftest_failures(result).size();
   if (failures == 0) {
-    return {CellTone::good, "Every test keeps its false-alarm rate, and every wrong filter is found"};
+    return {CellTone::good,
+            "No test is proved to exceed its false-alarm rate, and the fault of every wrong filter is found"};
   }
   return {
       CellTone::alarm,

@@ -116,7 +116,10 @@ ReportTable growth_table(const TimingResult& result) {
                fmt::format("{} … {}", number_text(fit.law.lower, 3), number_text(fit.law.upper, 3)), fit.from,
                fit.points});
   }
-  if (table.rows.empty()) table.notes.emplace_back("No slope is fitted to so few sizes.");
+  if (table.rows.empty()) {
+    table.columns.clear();
+    table.notes.emplace_back("No slope is fitted to so few sizes.");
+  }
   for (const Crossover& crossover : result.crossovers) {
     const char* seen = crossover.observed == 1 ? "landmark" : "landmarks";
     if (crossover.landmarks) {

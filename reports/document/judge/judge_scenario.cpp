@@ -1,5 +1,6 @@
 #include "reports/document/judge/judge_scenario.h"
 
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -15,7 +16,8 @@ JudgedFilter judge_played(const Configuration& configuration, PlayedStudy played
   }
   StudyAnalysis analysis = analyse(configuration, std::move(played));
   explain(analysis, configuration, further);
-  return JudgedFilter(judged_study({std::move(analysis), configuration.experiment->trace_to_draw(0)}));
+  std::optional<RunTrace> trace = configuration.experiment->trace_to_draw(run_to_draw(analysis));
+  return JudgedFilter(judged_study({std::move(analysis), std::move(trace)}));
 }
 
 EngineOptions engine_options(int threads, const std::atomic<bool>* stop, const JudgeProgress& progress) {

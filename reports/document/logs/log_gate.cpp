@@ -110,6 +110,7 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
       !verdict_named(before["verdict"].get<std::string>())) {
     refuse();
   }
+  require_possible("--baseline " + baseline, before);
   const Judgement& now = logs.analysis.judgement;
   LogGate gate;
   gate.baseline = baseline;

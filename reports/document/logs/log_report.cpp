@@ -152,7 +152,7 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 
 std::vector<std::string> CheckedLogs::advice() const {
   std::vector<std::string> all = mistakes;
-  std::ranges::move(advice_sentences(analysis.judgement), std::back_inserter(all));
+  std::ranges::move(advice_sentences(analysis.judgement, explained), std::back_inserter(all));
   constexpr std::int64_t kFew = 5;
   const std::int64_t runs = analysis.evidence.study.runs;
   if (analysis.judgement.word.verdict == Verdict::pessimistic && runs < kFew) {
@@ -288,8 +288,10 @@ Document log_document(CheckedLogs given) {
     document.section("Charts");
     document.table(charts_table(*with_charts));
   }
-  document.section("Figures");
-  document.figures(log_figures(name, logs));
+  std::vector<Figure> figures = log_figures(name, logs);
+  std::erase_if(figures, [](const Figure& figure) { return figure.panels.empty(); });
+  if (!figures.empty()) document.section("Figures");
+  document.figures(std::move(figures));
   if (!logs.calibration.bins.empty()) {
     document.section("Where P lies");
     document.folded("Errors by claimed σ",

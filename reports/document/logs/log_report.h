@@ -49,6 +49,8 @@ struct CheckedLogs {
   Calibration calibration{};
   UnitFactors units{};  ///< of it
   std::optional<LogGate> gate{};
+  /// `optimistic` where the remarks say why it is so.
+  Verdict explained = Verdict::undecided;
   RunErrors first_run{};  ///< of the first file; without steps where it was not kept
 
   /// `remarks`, and what the layout misses.

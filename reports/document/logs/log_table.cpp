@@ -24,33 +24,49 @@ void add_verdict(ReportTable& table, const std::string& what, const ConsistencyV
       {what, verdict_cell(v.verdict), v.mean, v.expected, trusted_text(v), p_value_text(v.p_value), v.count});
 }
 
-/// Whether a row says what the answer, which joins them all, does not.
+/// Whether a row says what the answer, which joins them all, does not, or what it fails no more beside all
+/// other tests.
 bool rejects_alone(const Judgement& a) {
   const Verdict word = a.word.verdict;
-  if (word == Verdict::mixed || word == Verdict::not_gaussian) return false;
-  const auto alone = [word](Verdict row) { return is_inconsistent(row) && row != word; };
-  const auto of_block = [&](const BlockVerdict& b) { return alone(b.verdict.verdict); };
-  const auto of_sensor = [&](const SensorJudgement& s) { return alone(s.nis.verdict); };
-  return alone(a.nees.verdict) || alone(a.nis.verdict) || std::ranges::any_of(a.blocks, of_block) ||
-         std::ranges::any_of(a.sensors, of_sensor);
+  if (word == Verdict::not_gaussian) return false;
+  const auto alone = [&](const std::string& test, Verdict row) {
+    if (!is_inconsistent(row)) return false;
+    if (word != Verdict::mixed && row != word) return true;
+    return std::ranges::count(a.tests, test, &NamedTest::name) > 0 && !speaks(a, test);
+  };
+  const auto of_block = [&](const BlockVerdict& b) { return alone("NEES of " + b.name, b.verdict.verdict); };
+  const auto of_nis = [&](const SensorJudgement& s) { return alone(of_sensor("NIS", s), s.nis.verdict); };
+  return alone("NEES", a.nees.verdict) || alone("NIS", a.nis.verdict) ||
+         std::ranges::any_of(a.blocks, of_block) || std::ranges::any_of(a.sensors, of_nis);
 }
 
 std::string tests_of(const SensorJudgement& s) {
   const std::string name = s.name.empty() ? "innovation" : s.name;
   const auto p = [](double value, std::string_view reason) {
-    return reason.empty() ? p_value_statement(value) : std::string(reason);
+    return reason.empty() ? " " + p_value_statement(value) : fmt::format(": {}", reason);
   };
   const auto of_each = [&](const ComponentTest& test, const char* what) {
     if (test.components.empty()) return std::string();
-    return fmt::format("; of {} {}", what,
-                       p(std::min(test.p_value.optimistic, test.p_value.pessimistic), ""));
+    return fmt::format("; of {}{}", what, p(std::min(test.p_value.optimistic, test.p_value.pessimistic), ""));
   };
   const double over_time = s.over_time.p_value;
   return fmt::format(
-      "{}: test of whiteness in time {}; of mean zero {}{}{}{}.", name,
+      "{}: test of whiteness in time{}; of mean zero{}{}{}{}.", name,
       p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason),
       of_each(s.components, "each component alone"), of_each(s.pairs, "every two together"),
       std::isnan(over_time) ? "" : "; of NIS that goes up and down in time " + p_value_statement(over_time));
+}
+
+/// Of a row that a step decided, the mean of which may lie within the interval beside it.
+void add_step_note(ReportTable& table, double confidence) {
+  const auto by_step = [](const std::vector<TableCell>& row) {
+    return row[4].text.find(", has ") != std::string::npos;
+  };
+  if (std::ranges::none_of(table.rows, by_step)) return;
+  table.notes.push_back(fmt::format(
+      "“at step k, has …”: that step decided, and the interval is the one for its mean. With {:g} % "
+      "probability all steps of a right filter lie within theirs. The column “mean” is over all steps.",
+      100.0 * confidence));
 }
 
 /// Why the answer says "at some times" and "at others", of which no row does.
@@ -172,6 +188,15 @@ bool nothing_to_judge(const LogAnalysis& a) {
          a.evidence.wrongly_certain.empty();
 }
 
+std::string why_undecided(const LogAnalysis& a) {
+  const Judgement& j = a.judgement;
+  if (!j.word.says.empty()) return j.word.says;
+  if (!nothing_to_judge(a)) return j.nees.reason;
+  return std::string(a.evidence.has_truth ? "no row has an error with a variance"
+                                          : "there is no truth to compare with") +
+         ", and there are no innovations; nothing is judged";
+}
+
 }  // namespace
 
 std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
@@ -182,24 +207,31 @@ std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
 }
 
 std::string log_answer(const CheckedLogs& logs) {
-  const Evidence& evidence = logs.analysis.evidence;
   const Judgement& a = logs.analysis.judgement;
-  std::string answer = "Can this covariance be trusted? ";
-  if (a.word.verdict == Verdict::mixed) answer += "mixed: ";
-  if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees, a.blocks);
-  answer += to_string(a.word.verdict);
-  if (nothing_to_judge(logs.analysis)) {
-    return answer +
-           (evidence.has_truth ? ": no row has an error with a variance"
-                               : ": there is no truth to compare with") +
-           ", and there are no innovations; nothing is judged";
+  const bool has_truth = logs.analysis.evidence.has_truth;
+  const std::string asked = "Can this covariance be trusted? ";
+  const std::string says =
+      a.word.says.empty() ? std::string(to_string(a.word.verdict)) : word_clause(a.word, a.nees, a.blocks);
+  switch (a.word.verdict) {
+    case Verdict::optimistic: return asked + "No: " + says;
+    case Verdict::mixed: return asked + (a.word.says.empty() ? "No: " : "No: mixed: ") + says;
+    case Verdict::pessimistic:
+      return asked +
+             (a.word.of_S_alone ? "S is larger than the innovations: "
+              : has_truth       ? "Yes, but it is larger than the errors: "
+                                : "It is larger than the innovations say: ") +
+             says;
+    case Verdict::not_gaussian: return asked + "Yes: " + says;
+    case Verdict::undecided: {
+      const std::string why = why_undecided(logs.analysis);
+      return asked + "Undecided" + (why.empty() ? "" : ": " + why);
+    }
+    case Verdict::consistent: break;
   }
-  if (a.word.verdict == Verdict::undecided)
-    return a.nees.reason.empty() ? answer : answer + ": " + a.nees.reason;
-  if (!evidence.has_truth) {
-    return answer + " as far as innovations can tell; without a truth they cannot tell whether P is right";
-  }
-  return answer + ": no evidence against it";
+  if (has_truth) return asked + "Yes, nothing speaks against it: consistent";
+  return asked +
+         "Yes, as far as innovations can tell: consistent; without a truth they cannot tell whether P is "
+         "right";
 }
 
 ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
@@ -237,9 +269,11 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   if (rejects_alone(a)) {
     table.notes.push_back(fmt::format(
         "Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "
-        "more often. The answer joins them all, at {0:g} % together: what it does not say is no evidence.",
+        "more often. The answer joins them all, at {0:g} % together: what it does not say is no evidence, "
+        "and neither is a row that “fails alone” among all tests.",
         100.0 * (1.0 - a.confidence)));
   }
+  add_step_note(table, a.confidence);
   add_over_time(table, a);
   add_read_notes(table, logs);
   if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {

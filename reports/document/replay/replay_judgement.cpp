@@ -90,29 +90,45 @@ std::string contradiction(const NormalisedError& shape, double scale) {
       number_text(scale, 3), number_text(scaled, 4), shape.dof);
 }
 
-/// How much of the NEES is that of the linearisation; empty where no run has its Jacobians at the truth.
-std::string about_linearisation(std::span<const ReportedReplay> replays) {
-  double own = 0.0, ideal = 0.0;
+/// The mean NEES of the vehicle beside that with Jacobians at the truth.
+struct LinearisationNees {
+  double own = 0.0, ideal = 0.0, expected = 0.0;
+  bool known = false;
+
+  /// Of what is too much; 0 where nothing is.
+  double share() const { return own > expected ? (own - ideal) / (own - expected) : 0.0; }
+  bool is_most() const { return known && share() >= 0.5; }
+};
+
+/// Not known where no run has its Jacobians at the truth.
+LinearisationNees linearisation_of(std::span<const ReportedReplay> replays) {
+  LinearisationNees nees;
   std::int64_t count = 0;
   for (const ReportedReplay& replay : replays) {
     if (!replay.ideal) continue;
-    own += replay.result.vehicle_nees.sum;
-    ideal += replay.ideal->vehicle_nees.sum;
+    nees.own += replay.result.vehicle_nees.sum;
+    nees.ideal += replay.ideal->vehicle_nees.sum;
     count += replay.result.vehicle_nees.count;
   }
-  if (count == 0) return {};
-  own /= static_cast<double>(count);
-  ideal /= static_cast<double>(count);
-  const double expected = replays.front().result.vehicle_nees.expected;
+  if (count == 0) return nees;
+  nees.own /= static_cast<double>(count);
+  nees.ideal /= static_cast<double>(count);
+  nees.expected = replays.front().result.vehicle_nees.expected;
+  nees.known = true;
+  return nees;
+}
+
+/// How much of the NEES is that of the linearisation; empty where that is not known.
+std::string about_linearisation(const LinearisationNees& nees) {
+  if (!nees.known) return {};
   std::string words = fmt::format(
       "With Jacobians at the truth the mean NEES of the vehicle is {} instead of {}, where {} is expected",
-      number_text(ideal, 4), number_text(own, 4), number_text(expected, 4));
-  if (own > expected) {
-    const double share = (own - ideal) / (own - expected);
+      number_text(nees.ideal, 4), number_text(nees.own, 4), number_text(nees.expected, 4));
+  if (nees.own > nees.expected) {
     words += fmt::format(": the EKF's linearisation at its own estimates is {} of what is too much",
-                         share >= 0.5   ? "most"
-                         : share >= 0.1 ? "a part"
-                                        : "no part");
+                         nees.is_most()        ? "most"
+                         : nees.share() >= 0.1 ? "a part"
+                                               : "no part");
   }
   return words + ". No such filter could be built; it tells this as long as estimates are near the truth.";
 }
@@ -143,7 +159,8 @@ std::vector<std::string> limits_of(const ReplayJudgement& judgement,
   limits.emplace_back(
       "The map as it lies carries the error of the start, which the innovations cannot see; its shape does "
       "not. The survey is taken as exact.");
-  if (std::string words = about_linearisation(replays); !words.empty()) limits.push_back(std::move(words));
+  if (std::string words = about_linearisation(linearisation_of(replays)); !words.empty())
+    limits.push_back(std::move(words));
   return limits;
 }
 
@@ -188,6 +205,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays) {
        .run_names = std::move(read_logs.run_names)},
       {}, logs);
   logs.remarks = limits_of(judgement, replays);
+  if (linearisation_of(replays).is_most()) logs.explained = Verdict::optimistic;
   return judgement;
 }
 

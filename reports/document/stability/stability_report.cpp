@@ -416,7 +416,10 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
          fmt::format("rank ΔP = {} {} rank O = {}{}", a.inflation.rank, a.paper_condition_holds ? "≤" : ">",
                      a.observability.rank, agrees ? "" : "; the exact condition says otherwise")});
   }
-  table.add({"largest gains at the limit", r.has_limit() ? "constant" : "no limit", gain_text(r.K)});
+  const bool plain = r.has_limit() || r.K.hasNaN();
+  table.add({"largest gains at the limit", r.has_limit() ? "constant" : "no limit",
+             plain ? gain_text(r.K)
+                   : fmt::format("after {} steps they are {}", number_text(r.steps, 3), gain_text(r.K))});
   const bool no_limit = std::isnan(a.initial_covariance_effect);
   table.add({"does the limit depend on P0",
              no_limit               ? "no limit"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/append_item.h"
 #include "core/nan.h"
@@ -172,22 +173,28 @@ ReportTable sigma_table(const Calibration& c, std::span<const std::string> state
 
 Figure sigma_figure(const std::string& name, const Calibration& c, std::span<const std::string> states) {
   constexpr std::size_t kPanels = 6;
+  constexpr std::int64_t kFewestRows = 10;  // of fewer the scatter is larger than what is to be seen
+  std::vector<SigmaBin> bins;
+  std::ranges::copy_if(c.bins, std::back_inserter(bins),
+                       [](const SigmaBin& bin) { return bin.rows >= kFewestRows; });
   Figure figure{
       .name = name + "-sigma",
       .caption =
           "The σ that the errors have, which is the claimed one times √(mean e²/σ²), against the σ "
           "that the filter claims, in ranges of it, in the unit of the state (angles in rad): points "
           "above the line are optimistic, points below it pessimistic"};
-  for (std::size_t i = 0; i < c.bins.size() && figure.panels.size() < kPanels;) {
+  for (std::size_t i = 0; i < bins.size() && figure.panels.size() < kPanels;) {
     std::size_t end = i;
-    while (end < c.bins.size() && c.bins[end].state == c.bins[i].state) ++end;
+    while (end < bins.size() && bins[end].state == bins[i].state) ++end;
     if (end - i > 1)
       figure.panels.push_back(
-          sigma_panel(std::span(c.bins).subspan(i, end - i), state_name(states, c.bins[i].state)));
+          sigma_panel(std::span(bins).subspan(i, end - i), state_name(states, bins[i].state)));
     i = end;
   }
   const auto has_interval = [](const SigmaBin& bin) { return has_bars(bin.factor); };
-  figure.caption += std::ranges::any_of(c.bins, has_interval) ? "; bars are intervals." : ".";
+  figure.caption += std::ranges::any_of(bins, has_interval) ? "; bars are intervals." : ".";
+  if (bins.size() < c.bins.size())
+    figure.caption += fmt::format(" Ranges of fewer than {} rows are left out.", kFewestRows);
   arrange(figure);
   return figure;
 }

@@ -58,9 +58,10 @@ ComparedMean mean_of(const Json& document, const char* key) {
   return {number(mean, "mean"), number(mean, "expected")};
 }
 
-/// Throws Json::exception where a member is missing or of another kind, std::invalid_argument for a verdict,
-/// a p-value or a confidence that is none.
+/// Throws Json::exception where a member is missing or of another kind, std::invalid_argument for a verdict
+/// that is none, and by require_possible.
 ComparedStudy compared_document(const std::string& name, const Json& j) {
+  require_possible(name, j);
   ComparedStudy study{.name = name,
                       .runs = j.at("runs").get<std::int64_t>(),
                       .verdict = j.at("verdict").get<std::string>(),
@@ -74,17 +75,10 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   study.factor.upper = number(factor, "upper");
   study.units = unit_factors_of(j.value("calibration", Json::object()));
   study.confidence = number(j.at("nees"), "confidence");
-  const auto refuse = [&](const char* what, double value, const char* accepted) {
-    throw std::invalid_argument(fmt::format("{}: {} = {}: must lie in {}", name, what, value, accepted));
-  };
   if (!verdict_named(study.verdict)) {
     throw std::invalid_argument(
         fmt::format("{}: verdict = {}: accepted are consistent, optimistic, pessimistic, mixed and undecided",
                     name, study.verdict));
-  }
-  if (study.p_value < 0.0 || study.p_value > 1.0) refuse("word.p_value", study.p_value, "[0, 1]");
-  if (study.confidence <= 0.0 || study.confidence >= 1.0) {
-    refuse("nees.confidence", study.confidence, "(0, 1)");
   }
   if (j.contains("swept")) study.cell = cell_name(j["swept"]);
   if (j.contains("scenario") && j["scenario"].contains("name"))

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "analysis/evidence/causes/advice.h"
+#include "analysis/evidence/verdicts/judgement_tests.h"
 #include "core/append_item.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
@@ -38,15 +39,16 @@ std::string off_by_text(double share) {
 /// both off by a quarter.
 double off_by(double factor) { return std::max(factor, 1.0 / factor) - 1.0; }
 
-void advise_settling(const char* what, const char* matrix, const SettlingRuns& settle,
+void advise_settling(const char* what, const char* matrix, const SettlingRuns& settle, std::int64_t runs,
                      std::vector<std::string>& sentences) {
   if (settle.runs == 0) return;
   sentences.push_back(fmt::format(
-      "{0}: these runs would have revealed {1} too small by {2} or too large by {3}; to reveal the {5} % "
+      "{0}: {8} would have revealed {1} too small by {2} or too large by {3}; to reveal the {5} % "
       "by which it looks too {4} would take {6} runs (power {7:g} %).",
       what, matrix, off_by_text(off_by(settle.detectable.above)),
       off_by_text(off_by(settle.detectable.below)), settle.observed_factor > 1.0 ? "small" : "large",
-      percent_text(off_by(settle.observed_factor)), settle.runs, 100.0 * kSettlingPower));
+      percent_text(off_by(settle.observed_factor)), settle.runs, 100.0 * kSettlingPower,
+      runs == 1 ? "this run" : "these runs"));
 }
 
 std::string titled(const char* what, const SensorJudgement& sensor) {
@@ -95,11 +97,14 @@ Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
   return panel;
 }
 
-/// Whether a region holds the truth often enough, to be worth looking at: of many states
-/// almost none lies within 1σ in all of them.
+/// Whether a region holds the truth often enough, at half of the steps at least, to be worth looking at: of
+/// many states almost none lies within 1σ in all of them.
 bool tells(const CoverageVerdict& coverage) {
   constexpr double kLeast = 0.01;
-  return coverage.expected >= kLeast;
+  const auto enough = std::ranges::count_if(coverage.steps, [](const CoverageStep& step) {
+    return step.count.total > 0 && step.expected >= kLeast;
+  });
+  return enough > 0 && 2 * enough >= coverage.tests;
 }
 
 /// Whether the truth of all runs inside, or of none, on the side where the share of it is, would fail at some
@@ -127,13 +132,16 @@ Panel coverage_panel(const Judgement& j) {
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }
-    panel.series.push_back(
-        line_series(panel.series.empty() ? "expected" : "", ColourRole::bound, x, expected));
-    panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageSums::kSigmas[i]),
-                                       numbered_role(static_cast<Index>(i)), x, inside));
+    const std::string sigmas = fmt::format("{:g}σ", CoverageSums::kSigmas[i]);
+    const ColourRole role = numbered_role(static_cast<Index>(i));
+    panel.series.push_back(line_series(sigmas + " expected", role, x, expected));
+    panel.series.back().stroke = StrokeStyle::dashed;
+    panel.series.push_back(line_series(sigmas, role, x, inside));
   }
   return panel;
 }
+
+constexpr const char* kSaysNothing = "says nothing here";
 
 }  // namespace
 
@@ -151,7 +159,7 @@ ReportTable tests_table(const Judgement& j) {
     return false;
   };
   for (const NamedTest& test : j.tests) {
-    const TableCell says = says_nothing(test)         ? TableCell("says nothing here", CellTone::muted)
+    const TableCell says = says_nothing(test)         ? TableCell(kSaysNothing, CellTone::muted)
                            : std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
                            : test.adjusted <= alpha   ? TableCell("fails", CellTone::alarm)
                            : test.p_value <= alpha    ? TableCell("fails alone", CellTone::caution)
@@ -164,6 +172,11 @@ ReportTable tests_table(const Judgement& j) {
       fmt::format(
           "adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % probability.",
           alpha, 100.0 * alpha)};
+  const auto is_silent = [](const auto& row) { return row.back().text == kSaysNothing; };
+  if (std::ranges::any_of(table.rows, is_silent)) {
+    table.notes.push_back(fmt::format(
+        "{}: of so few runs a share that is expected so near 0 or 100 % cannot fail.", kSaysNothing));
+  }
   return table;
 }
 
@@ -204,11 +217,11 @@ std::string exact_sentence(const StudyAnalysis& a) {
   if (nees_dof == 0 || nis_dof == 0) return {};
   const auto steps = static_cast<double>(a.exact.size());
   const auto per_step = [steps](double sum) { return number_text(sum / steps, 4); };
+  const std::string factor = number_text(nees / static_cast<double>(nees_dof), 4);
   return fmt::format(
-      "Exact, without sampling noise: mean NEES {} of {} (scaling P by {} would make it right), mean NIS {} "
-      "of {}.{}",
-      per_step(nees), per_step(static_cast<double>(nees_dof)),
-      number_text(nees / static_cast<double>(nees_dof), 4), per_step(nis),
+      "Exact, without sampling noise: mean NEES {} of {}{}, mean NIS {} of {}.{}", per_step(nees),
+      per_step(static_cast<double>(nees_dof)),
+      factor == "1.000" ? "" : fmt::format(" (scaling P by {} would make it right)", factor), per_step(nis),
       per_step(static_cast<double>(nis_dof)),
       outside <= kRounding
           ? ""
@@ -287,49 +300,96 @@ std::vector<std::string> scaled_sensors(const Judgement& b) {
 }
 
 /// Where errors are too large for P long before the block that is told: "It is seen first in the pose, from
-/// step 136 on."
+/// step 136 on." A block that fails only by itself is no place.
 std::string first_sign(const Judgement& b, const BlockVerdict& told) {
   constexpr std::int64_t kMuchEarlier = 20;  // of so many parts of all steps, one
-  if (told.verdict.verdict != Verdict::optimistic || told.verdict.optimistic_steps.count == 0) return {};
-  const BlockVerdict* first = nullptr;
-  for (const BlockVerdict& block : b.blocks) {
-    const ConsistencyVerdict& v = block.verdict;
-    if (v.verdict != Verdict::optimistic || v.optimistic_steps.count == 0) continue;
-    if (first == nullptr || v.optimistic_steps.first < first->verdict.optimistic_steps.first) first = &block;
-  }
-  const std::int64_t earlier = told.verdict.optimistic_steps.first - first->verdict.optimistic_steps.first;
-  if (kMuchEarlier * earlier < std::ssize(told.verdict.steps)) return {};
-  return fmt::format("It is seen first in {}, {}.", first->name,
-                     when_text(first->verdict, Verdict::optimistic));
+  const auto first_of = [](const ConsistencyVerdict& v) { return v.step_of(v.optimistic_steps.first); };
+  const auto is_seen = [](const ConsistencyVerdict& v) {
+    return v.verdict == Verdict::optimistic && v.optimistic_steps.count > 0;
+  };
+  if (!is_seen(told.verdict)) return {};
+  const ConsistencyVerdict* first = &told.verdict;
+  std::string name;
+  const auto look_at = [&](const ConsistencyVerdict& v, const std::string& test, const std::string& of) {
+    if (!is_seen(v) || !speaks(b, test) || first_of(v) >= first_of(*first)) return;
+    first = &v;
+    name = of;
+  };
+  look_at(b.nees, "NEES", "the whole state");
+  for (const BlockVerdict& block : b.blocks) look_at(block.verdict, "NEES of " + block.name, block.name);
+  const std::int64_t earlier = first_of(told.verdict) - first_of(*first);
+  if (name.empty() || kMuchEarlier * earlier < told.verdict.step_of(std::ssize(told.verdict.steps)))
+    return {};
+  return fmt::format("It is seen first in {}, {}.", name, when_text(*first, Verdict::optimistic));
 }
 
-/// Of a filter that is optimistic here and pessimistic there: the side of which no cause speaks.
-std::string unexplained_side(std::span<const CauseFound> causes) {
+/// Whether the whole state is further off than any of its blocks, by what they share.
+bool is_between_blocks(const Judgement& b) {
+  constexpr double kMuchLess = 0.3;
+  const auto off = [](const ConsistencyVerdict& v) { return std::abs(v.mean / v.expected - 1.0); };
+  return is_inconsistent(b.nees.verdict) && std::ranges::all_of(b.blocks, [&](const BlockVerdict& block) {
+           return off(block.verdict) < kMuchLess * off(b.nees);
+         });
+}
+
+/// "; in steps 1 to 4 it is 17.3 of 2.000": where steps that reject lie together, or decided, and are not
+/// all.
+std::string mean_at_steps(const ConsistencyVerdict& v) {
+  const StepSpan& span = v.verdict == Verdict::pessimistic ? v.pessimistic_steps : v.optimistic_steps;
+  const std::int64_t length = span.last - span.first + 1;
+  const bool apart = span.count == 1 || 2 * span.count < length;
+  if (span.count == 0 || length >= std::ssize(v.steps) || (apart && !v.decided_by_steps)) return {};
+  double sum = 0.0, count = 0.0, dof = 0.0;
+  for (std::int64_t k = span.first; k <= span.last; ++k) {
+    const StepTest& step = v.steps[static_cast<std::size_t>(k - 1)];
+    if (!step.has_data()) continue;
+    sum += static_cast<double>(step.count) * step.mean;
+    count += static_cast<double>(step.count);
+    dof += step.total_dof;
+  }
+  if (count == 0.0) return {};
+  return fmt::format("; {} {} it is {} of {}", span.count == 1 ? "at" : "in", v.text_of(span),
+                     number_text(sum / count, 4), number_text(dof / count, 4));
+}
+
+std::string block_sentence(const Judgement& b, const BlockVerdict& block) {
+  const std::string lead =
+      is_between_blocks(b)
+          ? fmt::format(
+                "Most of the inconsistency is in what blocks share, the correlations between them: "
+                "mean NEES {} of the whole state where {} is expected. Of the blocks it is clearest in",
+                number_text(b.nees.mean, 4), number_text(b.nees.expected, 4))
+          : "The inconsistency is clearest in the block";
+  return fmt::format("{} “{}”, which is {}: mean NEES {} where {} is expected{}.", lead, block.name,
+                     to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
+                     number_text(block.verdict.expected, 4), mean_at_steps(block.verdict));
+}
+
+/// Of a filter that is optimistic here and pessimistic there: the side of which no cause speaks, unless it is
+/// explained elsewhere.
+std::string unexplained_side(std::span<const CauseFound> causes, Verdict explained) {
   if (causes.empty()) return {};
   const auto all = [&](Verdict side) {
     return std::ranges::all_of(causes, [side](const CauseFound& c) { return side_of(c.cause) == side; });
   };
   for (const Verdict told : {Verdict::optimistic, Verdict::pessimistic}) {
-    if (!all(told)) continue;
+    const Verdict other = told == Verdict::optimistic ? Verdict::pessimistic : Verdict::optimistic;
+    if (!all(told) || other == explained) continue;
     return fmt::format("That explains only where it is {}: of where it is {} no cause was found.",
-                       to_string(told),
-                       to_string(told == Verdict::optimistic ? Verdict::pessimistic : Verdict::optimistic));
+                       to_string(told), to_string(other));
   }
   return {};
 }
 
 }  // namespace
 
-std::vector<std::string> advice_sentences(const Judgement& b) {
+std::vector<std::string> advice_sentences(const Judgement& b, Verdict explained) {
   std::vector<std::string> sentences;
   // What rejects alone and not beside all others is nothing to mend.
   const bool wrong = is_inconsistent(b.word.verdict);
   if (wrong && b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
-    sentences.push_back(fmt::format(
-        "The inconsistency is clearest in the block “{}”, which is {}: mean NEES {} where {} is expected.",
-        block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
-        number_text(block.verdict.expected, 4)));
+    sentences.push_back(block_sentence(b, block));
     if (std::string first = first_sign(b, block); !first.empty()) sentences.push_back(std::move(first));
   } else if (wrong && b.responsible.joint_only) {
     sentences.push_back(
@@ -343,7 +403,8 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   }
   if (!wrong) return sentences;
   if (b.word.verdict == Verdict::mixed) {
-    if (std::string rest = unexplained_side(b.causes); !rest.empty()) sentences.push_back(std::move(rest));
+    if (std::string rest = unexplained_side(b.causes, explained); !rest.empty())
+      sentences.push_back(std::move(rest));
   }
   const ScaleAdvice& scale = b.scale_covariance;
   if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
@@ -463,8 +524,8 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
 std::vector<std::string> statistics_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
   add_law_sentences(b, sentences);
-  advise_settling("NEES", "P", b.settle_nees, sentences);
-  advise_settling("NIS", "S", b.settle_nis, sentences);
+  advise_settling("NEES", "P", b.settle_nees, b.runs, sentences);
+  advise_settling("NIS", "S", b.settle_nis, b.runs, sentences);
   if (std::string bound = bound_sentence(b); !bound.empty()) sentences.push_back(std::move(bound));
   return sentences;
 }

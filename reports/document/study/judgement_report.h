@@ -23,8 +23,8 @@ std::string exact_sentence(const StudyAnalysis& analysis);
 std::string proof_sentence(const Judgement& judgement);
 
 /// What to do about the verdicts, in sentences: the block responsible, the likely causes, the factors that
-/// would mend the mean.
-std::vector<std::string> advice_sentences(const Judgement& judgement);
+/// would mend the mean. explained: `optimistic` or `pessimistic` where the caller says why it is so.
+std::vector<std::string> advice_sentences(const Judgement& judgement, Verdict explained = Verdict::undecided);
 
 /// How large errors are, how large P says they are, and how small they could be where that is known.
 ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bound = nullptr);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <set>
 #include <span>
@@ -254,6 +255,29 @@ void add_statistics(Document& document, const StudyAnalysis& a) {
   }
 }
 
+/// "9 judged of 15 dimensions": those that NEES has at any step, where a filter holds more.
+std::string state_text(const StudyAnalysis& a) {
+  double most = 0.0;
+  for (const StepTest& step : a.nees.steps) {
+    if (step.has_data()) most = std::max(most, step.total_dof / static_cast<double>(step.count));
+  }
+  const auto judged = static_cast<Index>(std::lround(most));
+  if (judged == 0) return fmt::format("{} dimensions", a.state_dim);
+  return judged < a.state_dim ? fmt::format("{} judged of {} dimensions", judged, a.state_dim)
+                              : fmt::format("{} dimensions judged", judged);
+}
+
+/// Which run is drawn, where it is not the first, or that none is.
+std::string drawn_sentence(const StudyAnalysis& a, const std::optional<RunTrace>& trace) {
+  const std::int64_t run = run_to_draw(a);
+  if (!trace)
+    return fmt::format("Run {} is not drawn: the covariances of all its steps take more than 2 GB.", run);
+  const bool lost = a.judgement && !a.judgement->lost.runs.empty();
+  const bool failed = std::ranges::count(a.statistics.failures, run, &RunFailure::run) > 0;
+  if (trace->run != run || (!lost && !failed)) return {};
+  return fmt::format("Run {} is drawn, which {}.", run, lost ? "left P behind" : "failed");
+}
+
 void add_study(Document& document, const ReportedStudy& study, const std::string& name) {
   const StudyAnalysis& a = study.analysis;
   if (!study.description.empty()) document.paragraph(study.description);
@@ -264,7 +288,7 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
         fmt::format("{}{} of {} steps, seed {}", a.statistics.runs,
                     a.complete ? "" : fmt::format(" (interrupted; {} were asked for)", a.scenario.study.runs),
                     a.scenario.study.steps, a.scenario.study.seed)},
-       {"state", fmt::format("{} dimensions", a.state_dim)}});
+       {"state", state_text(a)}});
   if (a.stop) document.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
   if (a.judgement) document.bullets(study_advice(*a.judgement));
   add_failures(document, a);
@@ -272,16 +296,15 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
       !open.empty()) {
     document.callout(CellTone::caution, std::move(open));
   }
+  if (std::string why = drawn_sentence(a, study.trace); !why.empty()) document.paragraph(why);
   document.figures(study_figures(name, a, study.trace));
-  if (!study.trace)
-    document.paragraph("Run 0 is not drawn: the covariances of all its steps take more than 2 GB.");
   document.folded("Statistics", [&] {
     add_statistics(document, a);
     if (a.judgement) document.figure(evidence_figure(name, *a.judgement));
   });
   document.folded("Settings", [&] { document.verbatim(canonical_toml(a.scenario)); });
   document.link("every step as CSV", name + ".csv");
-  if (study.trace) document.link("run 0 as CSV", name + "-run.csv");
+  if (study.trace) document.link(fmt::format("run {} as CSV", study.trace->run), name + "-run.csv");
 }
 
 /// What else the heading of a study says, behind its verdict.
@@ -341,6 +364,13 @@ void add_verdicts(Document& document, std::span<const ReportedStudy> studies, Re
 }
 
 }  // namespace
+
+std::int64_t run_to_draw(const StudyAnalysis& a) {
+  if (a.judgement && !a.judgement->lost.runs.empty()) return a.judgement->lost.runs.front().run;
+  const auto& failures = a.statistics.failures;
+  const auto drawable = std::ranges::find_if(failures, [](const RunFailure& f) { return f.step > 1; });
+  return drawable == failures.end() ? 0 : drawable->run;
+}
 
 Document study_document(std::vector<ReportedStudy> given) {
   const auto shared = std::make_shared<const std::vector<ReportedStudy>>(std::move(given));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +14,13 @@ namespace credence::internal {
 /// A study and one of its runs, to be shown.
 struct ReportedStudy {
   StudyAnalysis analysis;
-  std::optional<RunTrace> trace{};  ///< for the page: Experiment::trace_to_draw
+  std::optional<RunTrace> trace{};  ///< for the page: trace_to_draw of run_to_draw
   std::string description{};        ///< what the author of the scenario says of it
 };
+
+/// The run that is drawn: of those that the text names the first that left P behind, else the first that
+/// failed behind its first step; without any run 0.
+std::int64_t run_to_draw(const StudyAnalysis& analysis);
 
 /// What `credence run` says of one study or of several: what they come to, a row for each with its verdict,
 /// the factor on P, NEES and NIS, what is wrong with each filter, where and when, and what would mend it.

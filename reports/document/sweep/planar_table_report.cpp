@@ -135,6 +135,7 @@ Document planar_table_document(const SweepPlan& plan, const std::vector<PlanarSt
   document.json = [plan, analyses] { return planar_stability_table_json(plan, analyses); };
 
   const ReportTable table = planar_stability_table(plan, analyses);
+  document.show_answer();
   document.brief.emplace_back(table);
 
   document.section("Boundedness");

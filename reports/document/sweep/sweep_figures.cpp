@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,6 +91,14 @@ std::string label_of(const SweepPlan& plan, const SweepPoint& point, std::size_t
   return label;
 }
 
+/// Room for the bars at both ends; none of a single value.
+std::optional<AxisRange> with_room(double low, double high, bool log) {
+  constexpr double kRoom = 0.04;
+  if (!(high > low)) return std::nullopt;
+  const double factor = std::pow(high / low, kRoom), more = kRoom * (high - low);
+  return log ? AxisRange{low / factor, high * factor} : AxisRange{low - more, high + more};
+}
+
 Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what, VerdictOf verdict) {
   std::vector<std::pair<std::string, RatioCurve>> curves;  // in the order of the sweep
   const auto curve_of = [&](const std::string& label) -> RatioCurve& {
@@ -115,12 +124,18 @@ Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what
               .log_x = is_geometric(values),
               .log_y = true};
   panel.series = {band.series(sweep.confidence()), level_series("expected", ColourRole::neutral, 1.0)};
+  panel.x_range = with_room(values.front(), values.back(), panel.log_x);
+  constexpr double kApart = 4.0;  // bars at one x beside each other
   Index i = 0;
   for (const auto& [label, c] : curves) {
+    const double aside =
+        kApart * (static_cast<double>(i) - 0.5 * static_cast<double>(std::ssize(curves) - 1));
     const ColourRole role = numbered_role(i++);
     panel.series.push_back(line_series("", role, c.x, c.ratio));
+    panel.series.back().aside = aside;
     panel.series.push_back(
         error_bar_series(label.empty() ? "measured" : label, role, c.x, c.ratio, c.lower, c.upper));
+    panel.series.back().aside = aside;
   }
   return panel;
 }

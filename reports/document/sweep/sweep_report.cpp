@@ -163,9 +163,9 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
                   unsafe, pessimistic, pessimistic == 1 ? "is" : "are", consistent);
   if (alone > 0) counts += fmt::format(", {} inconsistent alone but not among so many", alone);
   if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
-  if (best == n) return {CellTone::alarm, counts};
-  return {unsafe + failing > 0 ? CellTone::caution : CellTone::good,
-          fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
+  if (best < n) counts += fmt::format("; nearest to right: {}", point_words(sweep, best));
+  const bool good = consistent == n && failing == 0;
+  return {unsafe > 0 || failing == n ? CellTone::alarm : good ? CellTone::good : CellTone::caution, counts};
 }
 
 /// "4.495 of 3.000 (optimistic)"
@@ -246,7 +246,8 @@ Document sweep_document(SweepAnalysis given) {
   std::vector<ReportTable> tables = {configuration_table(sweep)};
   if (map)
     tables = {rank_map_table(sweep.rank_map, sweep.confidence()), rank_map_disagreements(sweep.rank_map)};
-  document.brief.assign(tables.begin(), tables.end());
+  if (map) document.show_answer();
+  document.brief.insert(document.brief.end(), tables.begin(), tables.end());
 
   std::vector<Figure> figures = map ? std::vector{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);
   if (!figures.empty()) document.section(map ? "The map of ranks" : "Over the settings");

@@ -65,8 +65,8 @@ ReportAnswer log_tune_answer(const std::vector<InnovationTuning>& sensors) {
       continue;
     }
     answer += identified(t)
-                  ? fmt::format("S should be {} times what it is ({})", number_text(t.scale.scale, 3),
-                                tuned_interval_text(t.scale.lower, t.scale.upper))
+                  ? fmt::format("S should be {} times what it is ({} … {})", number_text(t.scale.scale, 3),
+                                number_text(t.scale.lower, 3), number_text(t.scale.upper, 3))
                   : "no factor on S can be told";
     if (t.gain != GainError::none_seen) {
       answer += t.gain == GainError::other ? ", and the innovations are correlated"
@@ -161,6 +161,7 @@ Document log_tune_document(const std::string& name, const std::vector<Innovation
 
   const ReportTable table = log_tune_table(name, sensors);
   const std::vector<std::string> sentences = log_tune_sentences(sensors);
+  document.show_answer();
   document.brief.emplace_back(table);
   document.show(sentences);
 

@@ -31,8 +31,12 @@ std::string likelihood_ratio_text(const Tuning& tuning);
 
 /// "The innovations ask for filter.Q[1,1] = 0.1 (0.08 … 0.12) and agree with the present value in …", of what
 /// was found: the data ask for what their interval does not hold the present value of, and for all of it
-/// together where only the likelihood ratio speaks against all present values at once.
+/// together where only the likelihood ratio speaks against all present values at once. Of a search that did
+/// not converge that comes first.
 std::string asked_noise_text(const std::string& data, const Tuning& tuning);
+
+/// Whether the search ended without having converged, as a note says.
+bool stopped_early(const Tuning& tuning);
 
 /// The answer where nothing was found: why.
 ReportAnswer nothing_told(const Tuning& tuning);

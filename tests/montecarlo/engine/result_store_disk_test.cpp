@@ -146,5 +146,20 @@ TEST(ResultStoreDisk, WhatIsStoredCanBeReadFromAFullDisk) {
   EXPECT_EQ(read, kFits);
 }
 
+TEST(ResultStoreDisk, WhatIsNoRegularFileIsRefusedByItsName) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "folder");
+  std::filesystem::create_symlink(folder.write("file", ""), folder / "link");
+  for (const char* fine : {"file", "link", "absent"})
+    EXPECT_NO_THROW(require_regular_file(folder / fine)) << fine;
+  try {
+    require_regular_file(folder / "folder");
+    FAIL();
+  } catch (const StoreError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              (folder / "folder").string() + ": is no regular file: remove it, or name another folder");
+  }
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -113,8 +114,15 @@ TEST(ResultStoreLock, names_the_folder_in_which_no_file_can_be_made) {
               AllOf(StartsWith((folder / "missing").string() + ": cannot be written to ("),
                     HasSubstr("No such file")));
   EXPECT_THAT(lock_refusal(folder / "plain/store.lock"), HasSubstr("Not a directory"));
+}
+
+TEST(ResultStoreLock, what_is_no_file_is_named_and_not_waited_for) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder / "pipe.lock";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(lock_refusal(pipe), pipe.string() + ": is no regular file: remove it, or name another folder");
   std::filesystem::create_directories(folder / "folder.lock");
-  EXPECT_THAT(lock_refusal(folder / "folder.lock"), HasSubstr("cannot be written to"));
+  EXPECT_THAT(lock_refusal(folder / "folder.lock"), HasSubstr("folder.lock: is no regular file"));
 }
 
 TEST(LockHolder, knows_nothing_of_what_is_not_there_or_not_locked) {

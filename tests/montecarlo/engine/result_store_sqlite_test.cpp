@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <string>
 
@@ -83,6 +85,34 @@ TEST(SqliteDatabase, names_its_file_in_every_failure) {
   database.execute("CREATE TABLE t(x INTEGER PRIMARY KEY); INSERT INTO t VALUES(1)");
   EXPECT_THAT(database_refusal([&] { SqliteStatement(database, "INSERT INTO t VALUES(1)").run(); }),
               AllOf(named, HasSubstr("UNIQUE constraint failed")));
+}
+
+TEST(SqliteDatabase, says_what_to_do_about_damage_in_words_of_its_own) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.write("a.sqlite", std::string(5000, 'x'));
+  const auto refusal = [&] {
+    return database_refusal(
+        [&] { SqliteDatabase(file, DatabaseMode::read).integer("SELECT count(*) FROM sqlite_master"); });
+  };
+  const std::string advice =
+      "delete or move the file, and its runs are played again by the command that stored them";
+  EXPECT_EQ(refusal(), file.string() + ": is no result store, or one that is damaged: " + advice);
+  std::filesystem::remove(file);
+  SqliteDatabase(file, DatabaseMode::create).execute("CREATE TABLE t(x)");
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  EXPECT_EQ(refusal(), file.string() + ": is damaged: " + advice);
+}
+
+TEST(SqliteDatabase, waits_for_no_pipe_in_place_of_a_file_of_its_own) {
+  for (const char* part : {"", "-journal", "-wal", "-shm"}) {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder / "a.sqlite", pipe = file.string() + part;
+    if (pipe != file) SqliteDatabase(file, DatabaseMode::create).execute("CREATE TABLE t(x)");
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    for (const DatabaseMode mode : {DatabaseMode::create, DatabaseMode::read})
+      EXPECT_THAT(database_refusal([&] { const SqliteDatabase database(file, mode); }),
+                  StartsWith(pipe.string() + ": is no regular file"));
+  }
 }
 
 TEST(SqliteDatabase, the_first_number_or_text_of_nothing_is_nothing) {

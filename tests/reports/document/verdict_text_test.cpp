@@ -20,6 +20,8 @@ TEST(VerdictText, AFactorIsSaidWhereItIsOneThatMends) {
             "optimistic from step 3 on; scaling P by 1.30 would make the mean NEES right");
   EXPECT_EQ(word_clause(optimistic(), with_factor(1.05, 0.9, 1.2)), "optimistic from step 3 on")
       << "one agrees as well";
+  EXPECT_EQ(word_clause(optimistic(), with_factor(1.001, 1.0005, 1.002)), "optimistic from step 3 on")
+      << "which would be 1.00";
   Word mixed = optimistic();
   mixed.verdict = Verdict::mixed;
   EXPECT_EQ(word_clause(mixed, with_factor(1.3, 1.1, 1.5)), "optimistic from step 3 on")
@@ -66,6 +68,50 @@ TEST(VerdictText, OfWhatIsUndecidedItSaysWhy) {
   ConsistencyVerdict verdict;
   verdict.reason = "no values";
   EXPECT_EQ(verdict_sentence("NIS", verdict), "NIS: undecided, no values.");
+}
+
+ConsistencyVerdict within_bounds(Verdict verdict) {
+  ConsistencyVerdict v;
+  v.verdict = verdict;
+  v.confidence = 0.95;
+  v.p_value = 0.25;
+  v.mean = 1.25;
+  v.expected = 2.0;
+  v.bounds = {.lower = 1.0, .upper = 3.0};
+  v.count = 30;
+  v.tests = 4;
+  v.share_outside = 0.3;
+  v.expected_share_outside = 0.05;
+  return v;
+}
+
+TEST(VerdictText, OfAMeanWithinItsBoundsItSaysWhatDecided) {
+  ConsistencyVerdict v = within_bounds(Verdict::pessimistic);
+  v.decided_by_sensors = true;
+  EXPECT_EQ(verdict_sentence("NIS", v),
+            "NIS: pessimistic. Each sensor is judged by itself, and the smallest p-value counts, times the "
+            "number of sensors (p = 0.250). The mean of all 30 values is 1.250, around 2.000; 30.0 % of the "
+            "steps lie outside their own bounds, where 5.00 % are expected.");
+  v = within_bounds(Verdict::optimistic);
+  v.decided_by_steps = true;
+  v.steps.resize(3);
+  v.steps[2] = {.mean = 9.0, .simultaneous_lower = 0.5, .simultaneous_upper = 7.5};
+  v.worst_step = 2;
+  EXPECT_EQ(
+      verdict_sentence("NEES", v),
+      "NEES: optimistic. The mean of 1.250 over 30 values would be accepted from 1.000 to 3.000, around "
+      "2.000 (95 % confidence, p = 0.250, 4 tests); what decided is step 3, whose mean of 9.000 would "
+      "be accepted from 0.5000 to 7.500; 30.0 % of the steps lie outside their own bounds, where 5.00 % "
+      "are expected.");
+}
+
+TEST(VerdictText, ManyStepsOutsideOfAConsistentFilterAreExplained) {
+  ConsistencyVerdict v = within_bounds(Verdict::consistent);
+  EXPECT_TRUE(verdict_sentence("NEES", v).ends_with(
+      "where 5.00 % are expected on average: errors last over steps, so that of one right filter many lie "
+      "outside and of another none."));
+  v.share_outside = 0.06;
+  EXPECT_TRUE(verdict_sentence("NEES", v).ends_with("where 5.00 % are expected."));
 }
 
 TEST(VerdictText, NamesTheFilterAsItIsSet) {

@@ -23,6 +23,34 @@ Panel panel_of(Series series) {
   return panel;
 }
 
+/// 40 steps from one value, the first four of another.
+Figure starting_figure(ColourRole role, double start, double rest) {
+  FigureData y(40, rest);
+  std::fill_n(y.begin(), 4, start);
+  return {
+      .name = "f",
+      .caption = "C.",
+      .panels = {{.series = {line_series("", role, index_axis(40), y),
+                             line_series("", ColourRole::estimate, index_axis(40), FigureData(40, 0.0))}}}};
+}
+
+TEST(FigureAxis, WhatTheStartAloneNeedsIsLeftOut) {
+  Figure much = starting_figure(ColourRole::estimate, 10.0, 1.0);
+  leave_out_start(much, false);
+  EXPECT_NEAR(much.panels[0].y_range.value().high, 1.05, 1e-12);
+  EXPECT_EQ(much.caption, "C. What the first steps alone need lies beyond the axes.");
+  Figure little = starting_figure(ColourRole::estimate, 1.9, 1.0);
+  leave_out_start(little, false);
+  EXPECT_FALSE(little.panels[0].y_range.has_value());
+  EXPECT_EQ(little.caption, "C.");
+  Figure data = starting_figure(ColourRole::estimate, 10.0, 1.0),
+         bound = starting_figure(ColourRole::bound, 10.0, 1.0);
+  leave_out_start(data, true);
+  leave_out_start(bound, true);
+  EXPECT_FALSE(data.panels[0].y_range.has_value()) << "what was measured stays";
+  EXPECT_TRUE(bound.panels[0].y_range.has_value());
+}
+
 TEST(FigureAxis, TicksAreRoundAndShareTheirDecimals) {
   EXPECT_THAT(labels(make_axis({0, 100}, false, 5)), ElementsAre("0", "20", "40", "60", "80", "100"));
   EXPECT_THAT(labels(make_axis({-0.5, 1.02}, false, 3)), ElementsAre("−0.5", "0.0", "0.5", "1.0"));

@@ -41,7 +41,7 @@ TEST(LogFigures, HaveNeesAndNisOfTheJudgement) {
   EXPECT_NO_THROW(validate(figure));
   EXPECT_THAT(panel_titles(figure), ElementsAre("ANEES", "NIS"));
   EXPECT_EQ(figure.cols, 2);
-  EXPECT_THAT(figure.caption, HasSubstr("means over 32 runs"));
+  EXPECT_THAT(figure.caption, HasSubstr("NEES and NIS, means over 32 runs"));
   EXPECT_THAT(figure.caption, HasSubstr("at 95 % of single steps"));
   bool found = false;
   for (const Series& series : figure.panels[0].series) {
@@ -65,6 +65,7 @@ TEST(LogFigures, OfWhatLogsDoNotHoldThereIsNoPanel) {
   CheckedLogs logs = synthetic_logs(Defect::none);
   logs.analysis.judgement.nees.count = 0;
   EXPECT_THAT(panel_titles(log_figure(logs, "consistency")), ElementsAre("NIS"));
+  EXPECT_THAT(log_figure(logs, "consistency").caption, ::testing::StartsWith("NIS, "));
   for (const Figure& figure : log_figures("none", {})) EXPECT_TRUE(figure.panels.empty()) << figure.name;
 }
 

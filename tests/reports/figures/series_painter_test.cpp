@@ -69,6 +69,27 @@ TEST(SeriesPainter, ErrorBarsAreSolidAndNeedBothEnds) {
   EXPECT_THAT(paper.canvas.areas, SizeIs(3)) << "a square at each of the three means";
 }
 
+TEST(SeriesPainter, WhatStandsAsideIsDrawnToTheRightOfItsPlace) {
+  Series bars = error_bar_series("", ColourRole::estimate, {1}, {2}, {1}, {3});
+  Series line = line_series("", ColourRole::bound, {1, 2}, {2, 2});
+  bars.aside = line.aside = 3.0;
+  const SeriesOnPaper paper({bars, line});
+  EXPECT_EQ(paper.canvas.lines_of(ColourRole::estimate).at(0), (CanvasPath{{113, 130}, {113, 90}}));
+  EXPECT_THAT(paper.canvas.lines_of(ColourRole::bound), ElementsAre(CanvasPath{{113, 110}, {123, 110}}));
+}
+
+TEST(SeriesPainter, WordsThatWouldLieOnOthersStandInAnotherCorner) {
+  const SeriesOnPaper paper({text_series(ColourRole::first, {5}, {3}, {"12"}),
+                             text_series(ColourRole::second, {5, 5.1}, {3, 3}, {"13", "14"}),
+                             text_series(ColourRole::third, {1}, {3}, {"15"})});
+  const auto& words = paper.canvas.words;
+  ASSERT_THAT(words, SizeIs(4));
+  EXPECT_EQ(words[0].at, (CanvasPoint{155, 85}));
+  EXPECT_GT(words[1].at.y, 90.0) << "below";
+  EXPECT_EQ(words[2].lettering.anchor, TextAnchor::end) << "to the left";
+  EXPECT_EQ(words[3].at, (CanvasPoint{115, 85})) << "nothing is near";
+}
+
 TEST(SeriesPainter, ABandIsAnAreaForEachUnbrokenStretch) {
   const SeriesOnPaper paper(
       {band_series("", ColourRole::estimate, {0, 2, 4, 6, 8}, {1, 1, kNaN, 0, 0}, {2, 3, 3, 1, 2})});

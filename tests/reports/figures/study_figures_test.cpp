@@ -255,6 +255,72 @@ TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
   EXPECT_THAT(find_series(sparse, "measured mean")->y, ElementsAre(2.5, 1.0));
 }
 
+ConsistencyVerdict verdict_over_steps(const std::vector<double>& means, const std::vector<double>& dofs) {
+  ConsistencyVerdict verdict;
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    const double dof = dofs[k % dofs.size()];
+    verdict.steps.push_back({.mean = means[k],
+                             .expected = dof,
+                             .lower = 0.75 * dof,
+                             .upper = 1.25 * dof,
+                             .simultaneous_lower = 0.5 * dof,
+                             .simultaneous_upper = 1.5 * dof,
+                             .count = 10,
+                             .total_dof = 10.0 * dof});
+  }
+  return verdict;
+}
+
+TEST(StudyFigures, WhereTheDofGoesUpAndDownMeansAreShownOverIt) {
+  const Panel panel =
+      verdict_panel("NIS", "mean NIS", verdict_over_steps({4.0, 8.0, 6.0, 8.0}, {4.0, 8.0}), {});
+  EXPECT_EQ(panel.y_label.text, "mean NIS over dof");
+  EXPECT_THAT(find_series(panel, "measured mean")->y, ElementsAre(1.0, 1.0, 1.5, 1.0));
+  EXPECT_THAT(find_series(panel, "expected")->y, ElementsAre(1.0, 1.0, 1.0, 1.0));
+  EXPECT_THAT(find_series(panel, "all steps together")->y, ElementsAre(0.5, 0.5, 0.5, 0.5));
+  const Panel grows = verdict_panel(
+      "NEES", "mean NEES", verdict_over_steps(std::vector<double>(8, 4.0), {4, 4, 4, 4, 6, 6, 6, 6}), {});
+  EXPECT_EQ(grows.y_label.text, "mean NEES") << "a map that grows";
+}
+
+TEST(StudyFigures, MeansFarBelowTheirBoundsAreNoLineOnZero) {
+  const Panel low = verdict_panel("NIS", "mean NIS", verdict_over_steps({0.002, 0.004, 0.003}, {2.0}), {});
+  EXPECT_NO_THROW(validate({.name = "v", .panels = {low}}));
+  EXPECT_TRUE(low.log_y);
+  EXPECT_LT(low.y_range.value().low, 0.002);
+  EXPECT_GT(low.y_range.value().high, 3.0);
+  // One small value among others is not.
+  EXPECT_FALSE(verdict_panel("NIS", "mean NIS", verdict_over_steps({0.002, 2.0, 3.0}, {2.0}), {}).log_y);
+}
+
+TEST(StudyFigures, ErrorsHaveTheUnitOfTheirBlock) {
+  RunLayout layout;
+  layout.states = {"x", "y", "roll", "yaw", "speed"};
+  layout.blocks = {
+      {"place", Part::position, {0, 1}}, {"attitude", Part::heading, {2}}, {"rest", Part::other, {3, 4}}};
+  EXPECT_STREQ(error_unit(layout, "y", false).label, "error (m)");
+  EXPECT_STREQ(error_unit(layout, "roll", false).label, "error (°)");
+  EXPECT_NEAR(error_unit(layout, "roll", false).scale, 180.0 / std::numbers::pi, 1e-12);
+  EXPECT_STREQ(error_unit(layout, "yaw", true).label, "error (°)");
+  EXPECT_STREQ(error_unit(layout, "speed", false).label, "error");
+  EXPECT_EQ(error_unit(layout, "speed", false).scale, 1.0);
+}
+
+TEST(StudyFigures, ATraceThatWouldSumSeveralUnitsIsNotDrawn) {
+  for (const char* world : {"tracking", "pendulum"}) {
+    const Scenario scenario = short_study(world);
+    const auto experiment = make_experiment(scenario);
+    const StudyTask task{"", experiment.get(), scenario.study.runs};
+    const StudyAnalysis analysis =
+        analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {.threads = 1}).front()));
+    const Panel traces = consistency_figure("s", analysis).panels.back();
+    const bool has_position = !analysis.covariance.vehicle.empty();
+    EXPECT_EQ(find_series(traces, "position") != nullptr, has_position) << world;
+    EXPECT_EQ(find_series(traces, "all states") != nullptr, !has_position) << world;
+    EXPECT_EQ(has_position, std::string(world) == "tracking");
+  }
+}
+
 TEST(StudyFigures, EveryWorldHasFiguresThatCanBeDrawnAlsoOfRunsThatAllFailed) {
   for (const char* world : {"monobot", "planar", "pendulum"}) {
     const Scenario scenario = short_study(world);

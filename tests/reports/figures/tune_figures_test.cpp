@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "montecarlo/scenario/scenario_io.h"
+
 namespace credence::internal {
 namespace {
 
@@ -77,6 +79,19 @@ TEST(TuneFigures, ThePresentValueIsDrawnWhereItIsNear) {
   const Figure far = figure_of_parabolas(Vector{{-0.5, 0.0}});
   EXPECT_FALSE(has_present(far.panels[0]));
   EXPECT_TRUE(has_present(far.panels[1]));
+}
+
+TEST(TuneFigures, TheMapOfTwoSaysWhatItHolds) {
+  const Scenario scenario = load_scenario_text(
+      "[world]\nmodel = \"linear\"\nF = [[1]]\nG = [[1]]\nH = [[1]]\nQ = [[0.04]]\nR = [[1]]\nP0 = [[1]]\n"
+      "states = [\"x\"]\n[study]\nruns = 40\nsteps = 40\nseed = 7\n[filter]\nprocess_scale = 0.1\n",
+      "wanderer");
+  TuneRequest request{.threads = 1};
+  EXPECT_THAT(tune_surface_figure(*tune_scenario(scenario, request)).caption,
+              testing::Not(testing::HasSubstr("Held")));
+  request.free.push_back({NoiseMatrix::P0, NoiseForm::factor});
+  EXPECT_THAT(tune_surface_figure(*tune_scenario(scenario, request)).caption,
+              testing::EndsWith(" Held at what was tuned: factor of filter.P0."));
 }
 
 }  // namespace

@@ -141,6 +141,24 @@ TEST(WriteDocument, ReplacesFilesOfReportsAndNoOthers) {
   EXPECT_EQ(folder.read("index.html"), "my page");
 }
 
+TEST(WriteDocument, OfAFileThatTheReportThereDoesNotHaveItNamesTheCommand) {
+  const TemporaryFolder folder;
+  Document check("Logs"), compare("Results side by side");
+  check.link("every step", "a.csv");
+  check.file("a.csv", [](const fs::path& target) { write_file(target, "1\n"); });
+  Provenance provenance = make_provenance("credence check a.csv --out X");
+  write_document(check, folder.path(), provenance);
+  provenance.command = "credence compare A B --out X";
+  write_document(compare, folder.path(), provenance);
+  EXPECT_THAT([&] { write_document(check, folder.path(), provenance); },
+              testing::ThrowsMessage<OutputError>(
+                  (folder / "a.csv").string() +
+                  ": is there already and no file of the report in that folder, which is of `credence "
+                  "compare A B --out X`, and would be replaced: name another --out, or move the file away"));
+  fs::remove(folder / "a.csv");
+  EXPECT_NO_THROW(write_document(check, folder.path(), provenance));
+}
+
 TEST(WriteDocument, RefusesAFigureThatCannotBeDrawn) {
   const TemporaryFolder folder;
   Document document("Study");

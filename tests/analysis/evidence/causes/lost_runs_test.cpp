@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "analysis/evidence/sums/evidence.h"
+
 namespace credence::internal {
 namespace {
 
@@ -45,11 +47,34 @@ TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   EXPECT_EQ(lost.others, 19);
   EXPECT_NEAR(lost.factor_of_others, 1.0, 0.3);
   EXPECT_TRUE(lost.others_are_right());
-  EXPECT_EQ(names_of(lost), "run 7 of 20");
+  EXPECT_EQ(names_of(lost), "run 7 (of 0 to 19)");
   LostRuns named = lost;
   named.runs[0].name = "run 13 of dv";
   EXPECT_EQ(name_of(lost.runs[0]), "run 7");
   EXPECT_EQ(names_of(named), "run 13 of dv");
+}
+
+TEST(LostRuns, ARowIsAStepWhereEveryRunHasAllSteps) {
+  ConsistencyVerdict nees;
+  nees.steps.resize(3);
+  RunSums runs;
+  runs.nees = {{1.0, 1.0, 1.0}, {1.0, 1.0, 9.0}};
+  EXPECT_TRUE(rows_are_steps(runs, nees));
+  nees.step_stride = 2;
+  EXPECT_FALSE(rows_are_steps(runs, nees));
+  nees.step_stride = 1;
+  runs.further = {{.rows = 3}};
+  EXPECT_TRUE(rows_are_steps(runs, nees));
+  runs.further[0].rows = 2;
+  EXPECT_FALSE(rows_are_steps(runs, nees));
+  runs.further.clear();
+  runs.nees[0].pop_back();
+  EXPECT_FALSE(rows_are_steps(runs, nees));
+  const LostRun lost{.run = 1, .row = 3};
+  EXPECT_EQ(place_of(lost, false, nees), "its row 3");
+  EXPECT_EQ(place_of(lost, true, nees), "step 3");
+  nees.times = StepTimes::every(0.5);
+  EXPECT_EQ(place_of(lost, true, nees), "step 3 (t = 1.5 s)");
 }
 
 // A factor near 1 that is known well is no chance.
@@ -78,7 +103,7 @@ TEST(LostRuns, ManyAreTheFilterAndNotTheRuns) {
   for (std::size_t run = 0; run < 5; ++run)
     for (double& value : nees[run]) value *= 40.0;
   EXPECT_EQ(lost_of(nees, 3.0).runs.size(), 5U);
-  EXPECT_EQ(names_of(lost_of(nees, 3.0)), "runs 0, 1, 2, 3, 4 of 20");
+  EXPECT_EQ(names_of(lost_of(nees, 3.0)), "runs 0, 1, 2, 3, 4 (of 0 to 19)");
   for (double& value : nees[5]) value *= 40.0;
   EXPECT_TRUE(lost_of(nees, 3.0).runs.empty()) << "more than a quarter";
 }

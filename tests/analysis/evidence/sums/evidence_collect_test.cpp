@@ -59,6 +59,18 @@ bool names(const Judgement& judgement, Cause cause) {
   return std::ranges::any_of(judgement.causes, [&](const CauseFound& c) { return c.cause == cause; });
 }
 
+// A state too large to be whitened whole is looked at in few runs alone: of a chunk of more none is one of
+// them, nor is one of a later chunk.
+TEST(CollectedEvidence, StretchesOfALargeStateAreOfFewRunsAlone) {
+  const auto runs_of = [](std::int64_t runs) {
+    const auto experiment = make_experiment(planar());
+    return collect_evidence(*experiment, runs, {}).value().law.stretches.runs;
+  };
+  EXPECT_EQ(runs_of(StretchSums::kMostRuns), StretchSums::kMostRuns);
+  EXPECT_EQ(runs_of(StretchSums::kMostRuns + 1), 0);
+  EXPECT_EQ(runs_of(kChunkRuns + 3), 0);
+}
+
 TEST(CollectedEvidence, NamesLateMeasurements) {
   const auto judged = [](const std::string& model, const std::string& setting) {
     const std::string text =

@@ -1245,7 +1245,7 @@ TEST(Judgement, OneRunThatDivergesIsNamedAndPIsNotCalledRight) {
     if (run == 7 && row.step > 50) row.error[2] += 40.0;
   }));
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
-  EXPECT_NE(j.word.says.find("in run 7 of 20 alone, from its row 51 on"), std::string::npos) << j.word.says;
+  EXPECT_NE(j.word.says.find("in run 7 (of 0 to 19) alone, from step 51 on"), std::string::npos) << j.word.says;
   EXPECT_EQ(j.causes.front().why.find("run 7 has a mean NEES"), 0U) << j.causes.front().why;
   ASSERT_FALSE(j.causes.empty());
   EXPECT_EQ(j.causes.front().cause, Cause::lost_runs);
@@ -1262,7 +1262,7 @@ TEST(Judgement, OneRunThatDivergesIsNotAloneWhereTheOthersAreWrongToo) {
   }));
   EXPECT_NEAR(j.lost.factor_of_others, 1.44, 0.15);
   EXPECT_EQ(j.word.says.find("optimistic"), 0U) << j.word.says;
-  EXPECT_NE(j.word.says.find("; above all in run 7 of 20, from its row 51 on"), std::string::npos)
+  EXPECT_NE(j.word.says.find("; above all in run 7 (of 0 to 19), from step 51 on"), std::string::npos)
       << j.word.says;
 }
 
@@ -1275,7 +1275,7 @@ TEST(Judgement, OneRunThatDivergesHidesNothingThatIsWrongInAll) {
   EXPECT_EQ(j.word.verdict, Verdict::mixed);
   EXPECT_EQ(j.word.says.find(" alone"), std::string::npos) << j.word.says;
   EXPECT_NE(j.word.says.find("pessimistic in NIS"), std::string::npos) << j.word.says;
-  EXPECT_NE(j.word.says.find("above all in run 7 of 20"), std::string::npos) << j.word.says;
+  EXPECT_NE(j.word.says.find("above all in run 7 (of 0 to 19)"), std::string::npos) << j.word.says;
   ASSERT_GE(j.causes.size(), 2U);
   EXPECT_EQ(j.causes[0].cause, Cause::lost_runs);
   for (const CauseFound& cause : j.causes) EXPECT_NE(cause.cause, Cause::covariance_scale);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "reports/figures/figure_layout.h"
 #include "tests/reports/document/parts_of.h"
 
 namespace credence::internal {
@@ -62,6 +63,13 @@ TEST(SelftestReport, ACellOfThePowerFigureIsOfTheTestWithItsNumber) {
   EXPECT_NO_THROW(validate(figure));
 }
 
+TEST(SelftestReport, EveryWrongFilterIsNamedInThePowerFigure) {
+  SelftestResult result = result_of_two();
+  result.wrong_filters.resize(13, result.wrong_filters.front());
+  const FigureLayout layout = lay_out(figure_of(selftest_document(result), "power"), 620.0);
+  EXPECT_EQ(layout.panels.at(0).y.ticks.size(), 13U);
+}
+
 TEST(SelftestReport, AFilterWithFewerTestsThanTheFirstLeavesTheOthersOpen) {
   SelftestResult result = result_of_two();
   result.wrong_filters[1].power.clear();
@@ -86,6 +94,8 @@ TEST(SelftestReport, SaysWhatFailedAndThatVerdictsAreThenNotToBeTrusted) {
   SelftestResult result = result_of_two();
   EXPECT_THAT(selftest_failures(result), IsEmpty());
   EXPECT_EQ(selftest_document(result).answer.tone, CellTone::good);
+  EXPECT_EQ(selftest_document(result).answer.text,
+            "No test is proved to exceed its false-alarm rate, and the fault of every wrong filter is found");
   result.calibration[3].ok = false;
   result.wrong_filters[1].ok = false;
   EXPECT_THAT(
@@ -96,6 +106,15 @@ TEST(SelftestReport, SaysWhatFailedAndThatVerdictsAreThenNotToBeTrusted) {
   const Document document = selftest_document(result);
   EXPECT_EQ(document.answer.tone, CellTone::alarm);
   EXPECT_THAT(document.answer.text, HasSubstr("2 tests are out of calibration or miss what is wrong"));
+}
+
+TEST(SelftestReport, FiltersWhosePIsRightAreNamed) {
+  SelftestResult result = result_of_two();
+  const auto note = [&] { return table_of(selftest_document(result), "wrong on purpose").notes.at(0); };
+  EXPECT_THAT(note(), HasSubstr("99 % of those caught in the right direction."));
+  result.wrong_filters[1].caught_most = 0.1;
+  EXPECT_THAT(note(), HasSubstr("right direction; where P is right, and the cause alone is to be found (two "
+                                "sensors), above 10 % caught."));
 }
 
 TEST(SelftestReport, TheDocumentHoldsEveryShareWithItsInterval) {

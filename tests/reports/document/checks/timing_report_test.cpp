@@ -124,6 +124,9 @@ TEST(TimingReport, WithFewSizesThereIsNoLawAndAnInterruptedOneSaysSo) {
   result.complete = false;
   const Document document = timing_document(result);
   EXPECT_EQ(document.answer.text, "Too few sizes of the map were timed for a law of growth");
+  const ReportTable growth = table_of(document, "How the time of a step grows");
+  EXPECT_TRUE(growth.columns.empty()) << "no heading over nothing";
+  EXPECT_THAT(growth.notes, ElementsAre("No slope is fitted to so few sizes."));
   const auto j = nlohmann::json::parse(document.json());
   EXPECT_EQ(j["complete"], false);
   EXPECT_EQ(j["rows"].size(), 4U);

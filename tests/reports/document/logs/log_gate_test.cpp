@@ -298,6 +298,12 @@ TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json:1: is no JSON")));
   EXPECT_THAT([&] { gate_against(logs, "old.json", R"({"schema": 99})", kMargin); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: schema = 99")));
+  EXPECT_THAT(
+      [&] {
+        gate_against(logs, "old.json", R"({"verdict": "mixed", "nees": {"mean": -2}, "unmatched_rows": 0})",
+                     kMargin);
+      },
+      ThrowsMessage<std::invalid_argument>("--baseline old.json: nees.mean = -2: must be at least 0"));
 }
 
 NamedTest named(const char* name, double p, double adjusted) {

@@ -56,7 +56,7 @@ TEST(LogReport, OfAConsistentFilterSaysThatNothingSpeaksAgainstIt) {
   const Document document = log_document(logs);
   EXPECT_EQ(document.title, "my logs");
   EXPECT_EQ(document.answer.text, log_answer(logs));
-  EXPECT_THAT(document.answer.text, HasSubstr("consistent: no evidence against it"));
+  EXPECT_THAT(document.answer.text, HasSubstr("Yes, nothing speaks against it: consistent"));
   EXPECT_EQ(document.answer.tone, CellTone::good);
   EXPECT_EQ(document.json(), log_json(logs));
   EXPECT_TRUE(callouts_of(document).empty());
@@ -74,6 +74,17 @@ TEST(LogReport, OfAWrongFilterSaysWhatToDoAndWhatWouldMendIt) {
   EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("Likely cause: " + cause)));
   EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("The factor on P is ")));
   EXPECT_THAT(bullets_of(document), Contains(testing::StartsWith("NEES: optimistic.")));
+}
+
+TEST(LogReport, WithoutAFigureThereIsNoHeadingOfFigures) {
+  CheckedLogs logs = synthetic_logs(Defect::none);
+  EXPECT_THAT(sections_of(log_document(logs)), Contains("Figures"));
+  Judgement& judgement = logs.analysis.judgement;
+  judgement.nees.count = judgement.nis.count = 0;
+  judgement.blocks.clear();
+  logs.first_run = RunErrors{};
+  logs.calibration = {};
+  EXPECT_THAT(sections_of(log_document(logs)), Not(Contains("Figures")));
 }
 
 TEST(LogReport, BesideAMistakeOfTheLogErrorsTellNoCauseAndNoFactor) {

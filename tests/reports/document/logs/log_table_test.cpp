@@ -9,6 +9,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -92,33 +93,43 @@ TEST(LogTable, ARowHasVerdictMeanBoundsAndCount) {
 TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   CheckedLogs logs = logs_with();
   const std::string asked = "Can this covariance be trusted? ";
-  EXPECT_EQ(log_answer(logs), asked + "consistent: no evidence against it");
+  EXPECT_EQ(log_answer(logs), asked + "Yes, nothing speaks against it: consistent");
   logs.analysis.evidence.has_truth = false;
-  EXPECT_THAT(log_answer(logs), HasSubstr("consistent as far as innovations can tell"));
+  EXPECT_THAT(log_answer(logs), HasSubstr("Yes, as far as innovations can tell: consistent;"));
   Judgement& judgement = logs.analysis.judgement;
   judgement.word.verdict = Verdict::undecided;
-  EXPECT_EQ(log_answer(logs), asked + "undecided");
+  EXPECT_EQ(log_answer(logs), asked + "Undecided");
   judgement.nees.count = 0;
   judgement.nees.reason = "no data";
   EXPECT_EQ(log_answer(logs), asked +
-                                  "undecided: there is no truth to compare with, and there are no "
+                                  "Undecided: there is no truth to compare with, and there are no "
                                   "innovations; nothing is judged");
   logs.analysis.evidence.has_truth = true;
   EXPECT_THAT(log_answer(logs),
-              HasSubstr("undecided: no row has an error with a variance, and there are no "));
+              HasSubstr("Undecided: no row has an error with a variance, and there are no "));
   logs.analysis.evidence.has_truth = false;
   logs.analysis.evidence.rejected["P is not symmetric"] = {.count = 3, .first = "a.csv:7"};
-  EXPECT_EQ(log_answer(logs), asked + "undecided: no data") << "they were there";
+  EXPECT_EQ(log_answer(logs), asked + "Undecided: no data") << "they were there";
   judgement.nees.count = 30;
   judgement.nees.reason = "one run is too short";
-  EXPECT_EQ(log_answer(logs), asked + "undecided: one run is too short");
+  EXPECT_EQ(log_answer(logs), asked + "Undecided: one run is too short");
   judgement.word.verdict = Verdict::optimistic;
   judgement.word.says = "optimistic in yaw";
   judgement.nees.factor.reason = "one run";
-  EXPECT_EQ(log_answer(logs), asked + "optimistic in yaw");
+  EXPECT_EQ(log_answer(logs), asked + "No: optimistic in yaw");
   judgement.word.verdict = Verdict::mixed;
   judgement.word.says = "optimistic in yaw; pessimistic in x";
-  EXPECT_EQ(log_answer(logs), asked + "mixed: optimistic in yaw; pessimistic in x");
+  EXPECT_EQ(log_answer(logs), asked + "No: mixed: optimistic in yaw; pessimistic in x");
+  judgement.word.verdict = Verdict::pessimistic;
+  judgement.word.says = "pessimistic in x";
+  EXPECT_EQ(log_answer(logs), asked + "It is larger than the innovations say: pessimistic in x");
+  logs.analysis.evidence.has_truth = true;
+  EXPECT_EQ(log_answer(logs), asked + "Yes, but it is larger than the errors: pessimistic in x");
+  judgement.word.of_S_alone = true;
+  EXPECT_EQ(log_answer(logs), asked + "S is larger than the innovations: pessimistic in x");
+  judgement.word.verdict = Verdict::not_gaussian;
+  judgement.word.says = "the covariance is right";
+  EXPECT_EQ(log_answer(logs), asked + "Yes: the covariance is right");
 }
 
 TEST(LogTable, ARowThatRejectsBesideAnAnswerThatDoesNotIsExplained) {
@@ -135,6 +146,29 @@ TEST(LogTable, ARowThatRejectsBesideAnAnswerThatDoesNotIsExplained) {
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
   logs.analysis.judgement.word.verdict = Verdict::not_gaussian;
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained)) << "has a note of its own";
+}
+
+TEST(LogTable, ARowThatFailsAloneAmongAllTestsIsExplained) {
+  CheckedLogs logs = logs_with({{"pos", Part::other}});
+  Judgement& j = logs.analysis.judgement;
+  j.word.verdict = j.blocks[0].verdict.verdict = Verdict::optimistic;
+  j.tests = {{"NEES of pos", Exactness::conservative, 0.01, 0.02, ""}};
+  const auto explained = Contains(EndsWith("and neither is a row that “fails alone” among all tests."));
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  j.tests[0].adjusted = 0.2;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, explained);
+}
+
+TEST(LogTable, TheIntervalOfAStepThatDecidedIsExplained) {
+  CheckedLogs logs = logs_with();
+  const auto explained = Contains(HasSubstr("The column “mean” is over all steps."));
+  ConsistencyVerdict& nees = logs.analysis.judgement.nees;
+  nees = verdict_of(2.25, Verdict::optimistic);
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  nees.decided_by_steps = true;
+  nees.steps = {{.mean = 9.0, .simultaneous_lower = 0.5, .simultaneous_upper = 7.5}};
+  nees.worst_step = 0;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, explained);
 }
 
 TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {
@@ -177,7 +211,7 @@ TEST(LogTable, StatisticsNameASensorUnlessItIsTheOnlyOne) {
   judgement.sensors[1].name = "gps";
   judgement.sensors[1].fit.reason = "not tested: many values are equal";
   const std::vector<std::string> said = log_statistics(judgement);
-  EXPECT_EQ(said.at(0), "innovation: test of whiteness in time p = 0.500; of mean zero too few values.");
+  EXPECT_EQ(said.at(0), "innovation: test of whiteness in time p = 0.500; of mean zero: too few values.");
   EXPECT_THAT(said, Contains("NIS of gps against its chi-square law: not tested: many values are equal."));
   EXPECT_THAT(said, Not(Contains(HasSubstr("no law"))));
 }
@@ -228,7 +262,7 @@ TEST(LogTable, ATinyPValueIsNoEquation) {
               Contains("gps: test of whiteness in time p < 1e−12; of mean zero p = 0.250."));
   judgement.sensors[0].over_time.p_value = 1e-20;
   EXPECT_THAT(log_statistics(judgement),
-              Contains(::testing::EndsWith("; of NIS that goes up and down in time p < 1e−12.")));
+              Contains(EndsWith("; of NIS that goes up and down in time p < 1e−12.")));
 }
 
 }  // namespace

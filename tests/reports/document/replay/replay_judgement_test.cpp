@@ -182,6 +182,8 @@ TEST(ReplayJudgement, LimitsSayWhatInflationAndTrueJacobiansMean) {
                 Contains(AllOf(StartsWith("With Jacobians at the truth the mean NEES of the vehicle is "),
                                HasSubstr(" instead of 12.00, where 2.000 is expected"),
                                HasSubstr(fmt::format(" is {} of what is too much", share)))));
+    EXPECT_EQ(judge_one(replay).logs.explained,
+              std::string(share) == "most" ? Verdict::optimistic : Verdict::undecided);
   };
   told(69.0, "most");
   told(71.0, "a part");

@@ -23,7 +23,7 @@ Document document_of(std::vector<ReportedReplay> replays) {
 TEST(ReplayReport, AnswersAsTheJudgeOfLogsDoes) {
   const Document document = document_of({{test::ReplayWorld().run(1, 60, 2.0), {}}});
   EXPECT_EQ(document.answer.tone, CellTone::alarm);
-  EXPECT_THAT(document.answer.text, HasSubstr("Can this covariance be trusted? optimistic in NIS"));
+  EXPECT_THAT(document.answer.text, HasSubstr("Can this covariance be trusted? No: optimistic in NIS"));
   EXPECT_EQ(document.title, "EKF-SLAM on mrclam");
   EXPECT_THAT(text_page(document), AllOf(HasSubstr("Scaling S by"), HasSubstr("the map as it lies"),
                                          HasSubstr("mean NIS of an observation")));

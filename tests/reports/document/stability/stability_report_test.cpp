@@ -261,6 +261,8 @@ TEST(StabilityReport, WhatIsNotKnownIsLeftOutOrSaidToBeUnknown) {
   EXPECT_EQ(stability_row(none, "Riccati"),
             "undecided: solution: undecided; the first prior leaves the range of double");
   EXPECT_EQ(stability_row(none, "largest gains"), "no limit: not known");
+  EXPECT_THAT(stability_row(stability_shown(half_seen()), "largest gains"),
+              testing::ContainsRegex("^no limit: after [0-9.e]+ steps they are "));
 
   StabilityAnalysis analysis = scalar(1.0);  // as of an R that leaves the range of double when inverted
   analysis.riccati.kind = RiccatiKind::undecided;

@@ -124,6 +124,17 @@ TEST(SigmaFigure, APointIsOfTheQuantityThatItsBarIsOf) {
   EXPECT_EQ(measured.y[1], 0.5) << "without a factor";
 }
 
+TEST(SigmaFigure, ARangeOfFewRowsIsNoPoint) {
+  Calibration calibration;
+  for (const std::int64_t rows : {92, 70, 2}) {
+    const double claimed = static_cast<double>(calibration.bins.size() + 1);
+    calibration.bins.push_back({.claimed = claimed, .rmse = claimed, .rows = rows});
+  }
+  const Figure figure = sigma_figure("log", calibration, std::vector<std::string>{"x"});
+  EXPECT_EQ(figure.panels.at(0).series.at(1).x.size(), 2U);
+  EXPECT_THAT(figure.caption, testing::HasSubstr("Ranges of fewer than 10 rows are left out."));
+}
+
 TEST(CalibrationJson, FactorsByPartAreNullWhereTheStateIsOnePart) {
   Calibration calibration;
   const std::vector<std::string> states = {"x"};

@@ -121,6 +121,8 @@ TEST(Comparison, DocumentsThatCannotBeComparedAreRefusedByName) {
   EXPECT_EQ(says(with("-9223372036854775808", "0.95")),
             "a.json: word.p_value = -9.223372036854776e+18: must lie in [0, 1]");
   EXPECT_EQ(says(with("0.25", "1.0")), "a.json: nees.confidence = 1: must lie in (0, 1)");
+  EXPECT_EQ(says(R"({"studies": [{"runs": -5, "verdict": "mixed", "nees": null, "nis": null}]})"),
+            "a.json: runs = -5: must be a whole number of at least 0");
   EXPECT_EQ(says("{\n \"runs\": 5,,\n}"), "a.json:2: is no JSON, from column 12 on");
   const std::string rest = R"("runs": 5, "nees": {"mean": 4.0, "expected": 3.0}, )";
   EXPECT_EQ(

@@ -1,9 +1,12 @@
 #include "reports/document/study/judgement_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <array>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "core/nan.h"
 
@@ -15,6 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -45,6 +49,14 @@ TEST(StatisticsSentences, EveryPercentageIsOfOneKind) {
   EXPECT_THAT(
       settling(1.25, 0.5, 1.5).front(),
       HasSubstr("too small by 50 % or too large by 100 %; to reveal the 25 % by which it looks too small"));
+}
+
+TEST(StatisticsSentences, OneRunIsNotSeveral) {
+  Judgement judgement = without_law();
+  judgement.runs = 1;
+  judgement.settle_nis = {.observed_factor = 0.8, .runs = 40, .detectable = {.below = 0.8, .above = 1.25}};
+  EXPECT_THAT(statistics_sentences(judgement),
+              ElementsAre(HasSubstr("NIS: this run would have revealed S too small by 25 %")));
 }
 
 TEST(StatisticsSentences, FactorsFarFromOneAreWrittenOut) {
@@ -152,11 +164,71 @@ TEST(AdviceSentences, TheFirstSignIsToldWhereItComesLongBefore) {
   judgement.word.verdict = Verdict::optimistic;
   judgement.scale_covariance.reason = "none";
   judgement.blocks = {block("map", 60), block("pose", 40)};
+  judgement.tests = {{"NEES", Exactness::conservative, 1e-9, 1e-8, ""},
+                     {"NEES of pose", Exactness::conservative, 0.001, 0.01, ""}};
   judgement.responsible.index = 0;
   EXPECT_THAT(advice_sentences(judgement),
               ElementsAre(HasSubstr("block “map”"), "It is seen first in pose, from step 40 on."));
+  judgement.tests[1].adjusted = 0.09;
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("block “map”")))
+      << "the pose fails by itself alone";
+  judgement.nees = block("", 20).verdict;
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre(HasSubstr("block “map”"), "It is seen first in the whole state, from step 20 on."));
+  judgement.nees = {};
+  judgement.tests[1].adjusted = 0.01;
   judgement.blocks[1] = block("pose", 57);
   EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("block “map”")));
+}
+
+TEST(AdviceSentences, WhatBlocksShareIsNotPutDownToOneOfThem) {
+  const auto optimistic = [](double mean, double expected) {
+    ConsistencyVerdict v;
+    v.verdict = Verdict::optimistic;
+    v.mean = mean;
+    v.expected = expected;
+    return v;
+  };
+  Judgement judgement;
+  judgement.word.verdict = Verdict::optimistic;
+  judgement.scale_covariance.reason = "none";
+  judgement.nees = optimistic(34.0, 15.0);
+  judgement.blocks = {{"attitude", optimistic(3.5, 3.0)}, {"bias", optimistic(3.75, 3.0)}};
+  judgement.responsible.index = 0;
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre("Most of the inconsistency is in what blocks share, the correlations between them: "
+                          "mean NEES 34.00 of the whole state where 15.00 is expected. Of the blocks it is "
+                          "clearest in “attitude”, which is optimistic: mean NEES 3.500 where 3.000 is "
+                          "expected."));
+  judgement.blocks[1].verdict.mean = 4.5;
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("is clearest in the block “attitude”")));
+}
+
+TEST(AdviceSentences, OfStepsThatDecidedTheMeanOverThemIsTold) {
+  Judgement judgement;
+  judgement.word.verdict = Verdict::optimistic;
+  judgement.scale_covariance.reason = "none";
+  BlockVerdict position{.name = "position", .verdict = {}};
+  ConsistencyVerdict& v = position.verdict;
+  v.verdict = Verdict::optimistic;
+  v.mean = 2.125;
+  v.expected = 2.0;
+  v.decided_by_steps = true;
+  v.optimistic_steps = {.first = 1, .last = 2, .count = 2};
+  v.steps = {{.mean = 20.0, .count = 10, .total_dof = 20.0},
+             {.mean = 14.0, .count = 10, .total_dof = 20.0},
+             {.mean = 2.0, .count = 10, .total_dof = 20.0}};
+  judgement.blocks = {position};
+  judgement.responsible.index = 0;
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre(HasSubstr("mean NEES 2.125 where 2.000 is expected; in steps 1 to 2 it is 17.00 of "
+                                    "2.000.")));
+  judgement.blocks[0].verdict.decided_by_steps = false;
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("in steps 1 to 2 it is 17.00")));
+  judgement.blocks[0].verdict.optimistic_steps = {.first = 1, .last = 1, .count = 1};
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(Not(HasSubstr("at step")))) << "by chance";
+  judgement.blocks[0].verdict.optimistic_steps = {.first = 1, .last = 3, .count = 2};
+  EXPECT_THAT(advice_sentences(judgement), ElementsAre(Not(HasSubstr("in steps")))) << "these are all";
 }
 
 // NIS is too small and NEES too large: what mends the one makes the other worse.
@@ -173,6 +245,8 @@ TEST(AdviceSentences, OfWhatIsMixedTheSideWithoutACauseIsTold) {
       ElementsAre(
           HasSubstr("Likely cause"),
           "That explains only where it is pessimistic: of where it is optimistic no cause was found."));
+  EXPECT_THAT(advice_sentences(judgement, Verdict::optimistic), ElementsAre(HasSubstr("Likely cause")))
+      << "which is said elsewhere";
   judgement.causes.push_back({Cause::bias, "a mean"});
   EXPECT_THAT(advice_sentences(judgement), ElementsAre(HasSubstr("too large"), HasSubstr("bias")));
   judgement.causes = {{Cause::initial_covariance, "the first NEES"}};
@@ -210,6 +284,31 @@ TEST(TestsTable, ATestFailsAloneUnlessHolmRejectsItToo) {
   for (const auto& row : tests_table(judgement).rows) says.push_back(row[4].text);
   EXPECT_THAT(says, ElementsAre("fails", "fails alone", "passes", "not tested"));
   EXPECT_EQ(tests_table(judgement).rows[3][2].text, "–");
+}
+
+TEST(TestsTable, ARowThatSaysNothingIsExplained) {
+  Judgement judgement;
+  judgement.tests = {{"coverage of 1σ", Exactness::conservative, 1.0, 1.0, ""}};
+  judgement.coverage.front().expected = 0.5;
+  judgement.coverage.front().tests = 1;
+  judgement.coverage.front().pooled = {.inside = 2, .total = 2};
+  judgement.coverage.front().steps = {{.count = {.inside = 2, .total = 2}, .expected = 0.5}};
+  EXPECT_EQ(tests_table(judgement).rows[0].back().text, "says nothing here");
+  EXPECT_THAT(tests_table(judgement).notes, Contains(StartsWith("says nothing here: of so few runs")));
+  judgement.coverage.front().steps.front().count = {.inside = 20, .total = 20};
+  EXPECT_EQ(tests_table(judgement).rows[0].back().text, "passes");
+  EXPECT_EQ(tests_table(judgement).notes.size(), 2U);
+}
+
+TEST(ExactSentence, AFactorOfOneMendsNothing) {
+  StudyAnalysis analysis;
+  analysis.exact = {{.nees = 4.0, .nees_dof = 2, .nis = 1.0, .nis_dof = 1}};
+  EXPECT_EQ(exact_sentence(analysis),
+            "Exact, without sampling noise: mean NEES 4.000 of 2.000 (scaling P by 2.000 would make it "
+            "right), mean NIS 1.000 of 1.000.");
+  analysis.exact.front().nees = 2.0;
+  EXPECT_EQ(exact_sentence(analysis),
+            "Exact, without sampling noise: mean NEES 2.000 of 2.000, mean NIS 1.000 of 1.000.");
 }
 
 TEST(AccuracyTable, AnglesAreInDegreesAndEfficiencyIsOfSquares) {
@@ -275,6 +374,45 @@ TEST(EvidenceFigure, TheBarsOfTheHistogramHaveTheDensityOfWhatWasCounted) {
   // A bar of a uniform law holds Binomial(640, 1/32): its density has variance 32² (1/32) (31/32) / 640.
   EXPECT_NEAR(expected.upper[0] - 1.0, 2.0 * std::sqrt(31.0 / 640.0), 1e-12);
   EXPECT_NO_THROW(validate(figure));
+}
+
+/// Of 100 runs over four steps; so much of the truth is expected within 1, 2 and 3σ at each of them.
+Judgement judgement_of_coverage(const std::vector<std::array<double, 3>>& expected) {
+  Judgement judgement;
+  judgement.runs = 100;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (const auto& step : expected) {
+      judgement.coverage[i].steps.push_back({.count = {.inside = 50, .total = 100},
+                                             .interval = {.value = 0.5, .lower = 0.4, .upper = 0.6},
+                                             .expected = step.at(i)});
+    }
+    judgement.coverage[i].tests = std::ssize(expected);
+  }
+  return judgement;
+}
+
+TEST(EvidenceFigure, WhatIsExpectedWithinSoManySigmaHasTheColourOfWhatWasMeasured) {
+  const Figure figure =
+      evidence_figure("x", judgement_of_coverage(std::vector<std::array<double, 3>>(4, {0.09, 0.59, 0.94})));
+  ASSERT_EQ(figure.panels.size(), 1U);
+  const std::vector<Series>& series = figure.panels[0].series;
+  ASSERT_EQ(series.size(), 6U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Series &expected = series[2 * i], &measured = series[2 * i + 1];
+    EXPECT_EQ(measured.label.text, fmt::format("{}σ", i + 1));
+    EXPECT_EQ(expected.label.text, measured.label.text + " expected");
+    EXPECT_EQ(expected.role, measured.role);
+    EXPECT_EQ(expected.stroke, StrokeStyle::dashed);
+  }
+  EXPECT_EQ(series[4].y[0], 94.0);
+  EXPECT_EQ(series[5].y[0], 50.0);
+}
+
+TEST(EvidenceFigure, ARegionThatHoldsTheTruthAtFewStepsAloneIsNotShown) {
+  const std::array<double, 3> few_states{0.2, 0.7, 0.97}, many{0.0, 0.0, 0.004};
+  EXPECT_TRUE(evidence_figure("x", judgement_of_coverage({few_states, many, many, many})).panels.empty());
+  EXPECT_EQ(evidence_figure("x", judgement_of_coverage({few_states, few_states, many, many})).panels.size(),
+            1U);
 }
 
 }  // namespace

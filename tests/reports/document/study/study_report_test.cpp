@@ -96,6 +96,45 @@ TEST(StudyDocument, HasEveryStepAndEveryStepOfItsRunBesideThePage) {
   EXPECT_EQ(std::ranges::count(folder.read("my_loop-run.csv"), '\n'), 1 + 9) << "the start is a step";
 }
 
+TEST(StudyDocument, TheRunThatIsDrawnIsOneThatTheTextNames) {
+  ReportedStudy study = monobot_study("loop");
+  const auto paragraphs = [&study] {
+    std::string text;
+    study.trace->run = run_to_draw(study.analysis);
+    const Document document = study_document({study});
+    for (const DocumentPart& part : document.parts()) {
+      if (const auto* paragraph = std::get_if<part::Paragraph>(&part)) text += paragraph->text;
+    }
+    return text;
+  };
+  EXPECT_EQ(run_to_draw(study.analysis), 0);
+  EXPECT_THAT(paragraphs(), Not(HasSubstr("is drawn")));
+  study.analysis.statistics.failures.push_back({.run = 2, .step = 1, .outcome = Outcome::diverged});
+  EXPECT_EQ(run_to_draw(study.analysis), 0) << "there is nothing to draw";
+  study.analysis.statistics.failures.push_back({.run = 3, .step = 2, .outcome = Outcome::diverged});
+  EXPECT_EQ(run_to_draw(study.analysis), 3);
+  EXPECT_THAT(paragraphs(), HasSubstr("Run 3 is drawn, which failed."));
+  study.analysis.judgement.emplace().lost.runs = {{.run = 7, .row = 2, .factor = 20.0}};
+  EXPECT_EQ(run_to_draw(study.analysis), 7);
+  EXPECT_THAT(paragraphs(), HasSubstr("Run 7 is drawn, which left P behind."));
+}
+
+TEST(StudyDocument, SaysHowManyOfTheStatesAreJudged) {
+  const auto state_of = [](const ReportedStudy& study) {
+    std::string text;
+    const Document document = study_document({study});
+    for (const DocumentPart& part : document.parts()) {
+      const auto* facts = std::get_if<part::Facts>(&part);
+      if (facts != nullptr) text = facts->names_and_values.back().second;
+    }
+    return text;
+  };
+  ReportedStudy study = monobot_study("loop");
+  EXPECT_EQ(state_of(study), "3 dimensions judged");
+  study.analysis.state_dim = 15;
+  EXPECT_EQ(state_of(study), "3 judged of 15 dimensions");
+}
+
 TEST(StudyDocument, WithoutARunItSaysNothingOfOne) {
   const TemporaryFolder folder;
   write_document(study_document({monobot_study("loop", false)}), folder.path(), {});

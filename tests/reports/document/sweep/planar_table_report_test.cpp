@@ -7,7 +7,7 @@
 namespace credence::internal {
 namespace {
 
-ReportAnswer answer_of(const std::vector<LongRun>& verdicts) {
+Document table_document(const std::vector<LongRun>& verdicts) {
   PlanarStability analysis;
   for (const LongRun verdict : verdicts) {
     PlanarFollowed followed;
@@ -17,8 +17,10 @@ ReportAnswer answer_of(const std::vector<LongRun>& verdicts) {
   }
   SweepPlan plan;
   plan.points.resize(1);
-  return planar_table_document(plan, {analysis}).answer;
+  return planar_table_document(plan, {analysis});
 }
+
+ReportAnswer answer_of(const std::vector<LongRun>& verdicts) { return table_document(verdicts).answer; }
 
 TEST(PlanarTableReport, OthersGrowOnlyWhereThereAreOthers) {
   using enum LongRun;
@@ -29,6 +31,11 @@ TEST(PlanarTableReport, OthersGrowOnlyWhereThereAreOthers) {
   EXPECT_EQ(answer_of({bounded, bounded}).tone, CellTone::good);
   EXPECT_EQ(answer_of({growing}).text, "With Jacobians at the truth P stays bounded in none of 1 filters");
   EXPECT_EQ(answer_of({growing}).tone, CellTone::caution);
+}
+
+TEST(PlanarTableReport, ATerminalShowsTheAnswer) {
+  EXPECT_EQ(std::get<std::string>(table_document({LongRun::growing}).brief.front()),
+            "With Jacobians at the truth P stays bounded in none of 1 filters.");
 }
 
 }  // namespace

@@ -67,6 +67,18 @@ TEST(SweepFigures, AnAxisIsLogarithmicWhereItsValuesAre) {
   EXPECT_FALSE(nees_of_figure("noise.range_std = [0.1, 0.2]\n").log_x);
 }
 
+TEST(SweepFigures, BarsStandBesideEachOtherAndOffTheFrame) {
+  const Panel panel = nees_of_figure(std::string(kLandmarks) + "filter.inflation = [\"none\", \"map\"]\n");
+  EXPECT_LT(panel.x_range.value().low, 3.0);
+  EXPECT_GT(panel.x_range.value().high, 5.0);
+  std::vector<double> aside;
+  for (const Series& series : panel.series) {
+    if (series.kind == SeriesKind::error_bars) aside.push_back(series.aside);
+  }
+  EXPECT_THAT(aside, ElementsAre(-2.0, 2.0));
+  EXPECT_EQ(nees_of_figure(kLandmarks).series.at(3).aside, 0.0);
+}
+
 TEST(SweepFigures, EachSettingOfTheOtherAxesHasACurve) {
   const Panel panel = nees_of_figure(std::string(kLandmarks) + "filter.inflation = [\"none\", \"map\"]\n");
   std::vector<std::string> labels;

@@ -108,6 +108,27 @@ TEST(SweepDocument, AConfigurationThatDoesNotStandIsCountedAsThat) {
   EXPECT_THAT(sweep_document(sweep).answer.text, testing::HasSubstr("1 cannot be trusted"));
 }
 
+TEST(SweepDocument, TheColourIsThatOfTheWorstAndGreenOnlyWhereAllAreConsistent) {
+  SweepAnalysis sweep = sweep_of(3);
+  for (StudyAnalysis& study : sweep.studies) study.word.verdict = Verdict::consistent;
+  const auto tone = [&] { return sweep_document(sweep).answer.tone; };
+  EXPECT_EQ(tone(), CellTone::good);
+  sweep.studies[1].word.verdict = Verdict::undecided;
+  EXPECT_EQ(tone(), CellTone::caution);
+  sweep.studies[1].word.verdict = Verdict::pessimistic;
+  sweep.p_values[1] = 1e-3;
+  EXPECT_EQ(tone(), CellTone::caution);
+  sweep.studies[1].word.verdict = Verdict::optimistic;
+  EXPECT_EQ(tone(), CellTone::alarm);
+}
+
+TEST(SweepDocument, OfAMapOfRanksATerminalShowsTheAnswer) {
+  SweepAnalysis sweep = sweep_of(1);
+  sweep.rank_map = {{.landmarks = 1, .inflation_rank = 1, .observability_rank = 1, .bounded = true}};
+  const Document document = sweep_document(sweep);
+  EXPECT_EQ(std::get<std::string>(document.brief.front()), document.answer.text + ".");
+}
+
 TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
   const Document document = sweep_document(sweep_of(1));
   const auto& table = std::get<ReportTable>(document.brief.front());

@@ -67,12 +67,15 @@ std::vector<std::string> cells_of(const ReportTable& table, std::size_t row) {
 TEST(LogTuneReport, TheAnswerIsOfEverySensor) {
   EXPECT_EQ(
       log_tune_document("log", {lidar(), gps()}).answer.text,
-      "lidar: S should be 3.00 times what it is (2.500 … 3.600), and the gain is too small; gps: S should "
-      "be 1.01 times what it is (0.9000 … 1.100)");
+      "lidar: S should be 3.00 times what it is (2.50 … 3.60), and the gain is too small; gps: S should "
+      "be 1.01 times what it is (0.900 … 1.10)");
   EXPECT_EQ(log_tune_document("log", {lidar(), gps()}).answer.tone, CellTone::caution);
   EXPECT_EQ(log_tune_document("log", {gps()}).answer.tone, CellTone::good) << "the interval holds 1";
   EXPECT_EQ(log_tune_document("log", {too_short()}).answer.text, "no factor on S can be told");
   EXPECT_EQ(log_tune_document("log", {too_short()}).answer.tone, CellTone::caution);
+  EXPECT_EQ(std::get<std::string>(log_tune_document("log", {too_short()}).brief.front()),
+            "no factor on S can be told.")
+      << "on a terminal as well";
 }
 
 TEST(LogTuneReport, WhatComesFirstTakesThePlaceOfTheFactor) {

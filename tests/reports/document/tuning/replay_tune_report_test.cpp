@@ -93,6 +93,18 @@ TEST(ReplayTuneReport, TheAnswerIsOfWhatWasLeftOut) {
   EXPECT_EQ(shown_tuning(mixed).answer.tone, CellTone::caution);
 }
 
+TEST(ReplayTuneReport, ASearchThatDidNotConvergeIsInTheAnswer) {
+  ReplayTuning t = tuned_logs();
+  t.tuning.notes.emplace_back("The search did not converge: the slope at its end promises more.");
+  const Document document = shown_tuning(t);
+  EXPECT_THAT(document.answer.text,
+              testing::StartsWith("The search did not converge, and what follows is no more than its best "
+                                  "trial. The data of 2 logs ask for noise.range_std"));
+  EXPECT_EQ(document.answer.tone, CellTone::caution);
+  EXPECT_THAT(table_of(document, "the noise that the data ask for").notes.back(),
+              testing::StartsWith("The search did not converge"));
+}
+
 TEST(ReplayTuneReport, TableAndDataHaveEveryPart) {
   const Document document = shown_tuning(tuned_logs());
   const auto j = nlohmann::json::parse(document.json());
