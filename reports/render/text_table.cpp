@@ -130,18 +130,27 @@ void add_grid(std::string& out, const ReportTable& table, const std::vector<Colu
   }
 }
 
-/// Each row as a paragraph: the first cell, and below it the others behind their titles.
+/// Whether the first cells tell the rows apart.
+bool are_named(const Column& first) {
+  std::vector<std::string> names = first.texts;
+  std::ranges::sort(names);
+  return std::ranges::adjacent_find(names) == names.end();
+}
+
+/// Each row as a paragraph: the first cell, and below it the others behind their titles; of rows that it does
+/// not tell apart that one, too.
 void add_paragraphs(std::string& out, const ReportTable& table, const std::vector<Column>& columns,
                     bool colour, std::size_t width) {
   std::size_t titles = 0;
-  for (std::size_t i = 1; i < columns.size(); ++i) titles = std::max(titles, display_width(columns[i].title));
+  const std::size_t first = !columns.empty() && are_named(columns.front()) ? 1 : 0;
+  for (std::size_t i = first; i < columns.size(); ++i) titles = std::max(titles, display_width(columns[i].title));
   const std::string indent(titles + 2 * kColumnGap.size(), ' ');
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     if (row > 0) out += '\n';
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const std::string_view ansi = colour ? ansi_of(table.rows[row][i].tone) : "";
       const std::string text = printable_line(table.rows[row][i].text);
-      if (i == 0) {
+      if (i < first) {
         out += coloured(text, ansi) + "\n";
         continue;
       }

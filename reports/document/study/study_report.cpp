@@ -166,6 +166,10 @@ ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
   return answer;
 }
 
+bool has_poses(std::span<const ReportedStudy> studies) {
+  return any_of(studies, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); });
+}
+
 ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAnswer& answer) {
   using enum ColumnAlign;
   ReportTable table{.title = answer.text,
@@ -195,6 +199,11 @@ ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAn
     }
   }
   for (std::string& note : explanation_notes(studies)) table.notes.push_back(std::move(note));
+  if (!has_poses(studies)) {
+    constexpr std::ptrdiff_t kPose = 4;
+    table.columns.erase(table.columns.begin() + kPose);
+    for (std::vector<TableCell>& row : table.rows) row.erase(row.begin() + kPose);
+  }
   return table;
 }
 
@@ -356,7 +365,7 @@ void show_on_terminal(Document& document, std::span<const ReportedStudy> studies
 void add_verdicts(Document& document, std::span<const ReportedStudy> studies, ReportTable verdicts,
                   const std::vector<std::string>& anchors) {
   verdicts.title = "One row for each study";
-  if (any_of(studies, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }))
+  if (has_poses(studies))
     verdicts.title += "; the pose has a column of its own, since a sum over a large map can hide it";
   for (std::size_t i = 0; i < studies.size(); ++i) verdicts.rows[i].front().link = "#" + anchors[i];
   verdicts.notes = explanation_notes(studies);

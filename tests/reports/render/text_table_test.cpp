@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 
@@ -80,6 +81,21 @@ TEST(TextTable, WhatDoesNotFitBesideEachOtherStandsBelow) {
             "b\n"
             "  verdict  consistent\n"
             "  runs     12\n");
+}
+
+TEST(TextTable, FirstCellsThatDoNotTellRowsApartHaveTheirTitle) {
+  ReportTable table{
+      "", {{"inflation", ColumnAlign::words}, {"scale"}, {"verdict", ColumnAlign::words}}, {}, {}};
+  table.add({"map", 1, "consistent"});
+  table.add({"map", 2, "pessimistic"});
+  EXPECT_EQ(text_table(table, false, 24),
+            "  inflation  map\n"
+            "  scale      1\n"
+            "  verdict    consistent\n"
+            "\n"
+            "  inflation  map\n"
+            "  scale      2\n"
+            "  verdict    pessimistic\n");
 }
 
 TEST(TextTable, EscapesOfNamesDoNotReachTheTerminal) {

@@ -119,6 +119,16 @@ TEST(StudyDocument, TheRunThatIsDrawnIsOneThatTheTextNames) {
   EXPECT_THAT(paragraphs(), HasSubstr("Run 7 is drawn, which left P behind."));
 }
 
+TEST(StudyDocument, AColumnOfPosesIsThereWhereOneHasAPose) {
+  const auto has_column = [](const std::vector<ReportedStudy>& studies) {
+    return text_page(study_document(studies)).find("of the pose") != std::string::npos;
+  };
+  ReportedStudy planar = monobot_study("b");
+  planar.analysis.vehicle_nees = planar.analysis.nees;
+  EXPECT_FALSE(has_column({monobot_study("a")}));
+  EXPECT_TRUE(has_column({monobot_study("a"), planar}));
+}
+
 TEST(StudyDocument, SaysHowManyOfTheStatesAreJudged) {
   const auto state_of = [](const ReportedStudy& study) {
     std::string text;
