@@ -16,6 +16,15 @@
 
 #include "core/stop_point.h"
 
+// Debian's TBB is not instrumented: the thread sanitizer would not see that it joins its workers.
+#if defined(__SANITIZE_THREAD__)
+#define CREDENCE_OWN_THREADS
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define CREDENCE_OWN_THREADS
+#endif
+#endif
+
 namespace credence::internal {
 namespace {
 
@@ -52,8 +61,7 @@ void on_own_threads(int threads, const std::function<void()>& work) {
 /// Runs `work` on so many threads at once, or as many as can be had, and waits for all.
 void on_threads(int wished, const std::function<void()>& work) {
   const int threads = possible_threads(wished);
-#ifdef __SANITIZE_THREAD__
-  // Debian's TBB is not instrumented: the sanitizer would not see that it joins its workers.
+#ifdef CREDENCE_OWN_THREADS
   on_own_threads(threads, work);
 #else
   // Near a limit nobody knows beforehand how many TBB can make.
