@@ -10,12 +10,13 @@ namespace credence::internal {
 /// products, quotients and square roots alone, so that every machine has the same bits; exact to about ε
 /// times the condition number of R. Keeps its memory.
 ///
-/// Two and three rows in closed form; up to kFew a product of symmetric factors, one of each step of Newton's method in
-/// the product form of Denman and Beavers ([Higham 2008], section 6.3), M ← ½ I + ¼ (g M + M⁻¹/g) from R to
-/// I, g = √(tr M⁻¹/tr M) for its speed. Of more rows Q G Λ^{-1/2} Gᵀ Qᵀ, R = Q T Qᵀ by Householder's
-/// reflections and T = G Λ Gᵀ by implicit QL ([Golub 2013], section 8.3), none of which is multiplied out.
-/// Measured with callgrind, root and product: 1,700, 4,000, 30,000, 55,000 and 144,000 instructions of 4, 6,
-/// 11, 15 and 24 rows; Eigen::SelfAdjointEigenSolver 12,000, 23,000, 72,000, 134,000 and 353,000.
+/// Two and three rows in closed form; up to kFew a product of symmetric factors, one of each step of Newton's
+/// method in the product form of Denman and Beavers ([Higham 2008], section 6.3), M ← ½ I + ¼ (g M + M⁻¹/g)
+/// from R to I, g = √(tr M⁻¹/tr M) for its speed. Of more rows Q G Λ^{-1/2} Gᵀ Qᵀ, R = Q T Qᵀ by
+/// Householder's reflections and T = G Λ Gᵀ by implicit QL ([Golub 2013], section 8.3), none of which is
+/// multiplied out. Measured with callgrind, root and product: 1,700, 4,000, 30,000, 55,000 and 144,000
+/// instructions of 4, 6, 11, 15 and 24 rows; Eigen::SelfAdjointEigenSolver 12,000, 23,000, 72,000, 134,000
+/// and 353,000.
 class InverseRoot {
  public:
   static constexpr Index kFew = 6;

@@ -143,7 +143,8 @@ void add_paragraphs(std::string& out, const ReportTable& table, const std::vecto
                     bool colour, std::size_t width) {
   std::size_t titles = 0;
   const std::size_t first = !columns.empty() && are_named(columns.front()) ? 1 : 0;
-  for (std::size_t i = first; i < columns.size(); ++i) titles = std::max(titles, display_width(columns[i].title));
+  for (std::size_t i = first; i < columns.size(); ++i)
+    titles = std::max(titles, display_width(columns[i].title));
   const std::string indent(titles + 2 * kColumnGap.size(), ' ');
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     if (row > 0) out += '\n';

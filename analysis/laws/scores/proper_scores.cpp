@@ -19,8 +19,8 @@ void require_nees(double nees) {
   if (nees < 0.0) throw std::invalid_argument(fmt::format("nees = {} must be >= 0", nees));
 }
 
-/// Of the trapezoidal rule. In ln t the integrand is analytic and bounded for |Im ln t| < π/2, so the error of
-/// a step h is e^{−π²/h}; beyond the ends the integrand is below 1e-16 of the whole.
+/// Of the trapezoidal rule. In ln t the integrand is analytic and bounded for |Im ln t| < π/2, so the error
+/// of a step h is e^{−π²/h}; beyond the ends the integrand is below 1e-16 of the whole.
 struct Node {
   double t = 0.0, taken_off = 0.0, weight = 0.0;  ///< t, t/(1 + t), t^{−1/2}
 };

@@ -1245,7 +1245,8 @@ TEST(Judgement, OneRunThatDivergesIsNamedAndPIsNotCalledRight) {
     if (run == 7 && row.step > 50) row.error[2] += 40.0;
   }));
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
-  EXPECT_NE(j.word.says.find("in run 7 (of 0 to 19) alone, from step 51 on"), std::string::npos) << j.word.says;
+  EXPECT_NE(j.word.says.find("in run 7 (of 0 to 19) alone, from step 51 on"), std::string::npos)
+      << j.word.says;
   EXPECT_EQ(j.causes.front().why.find("run 7 has a mean NEES"), 0U) << j.causes.front().why;
   ASSERT_FALSE(j.causes.empty());
   EXPECT_EQ(j.causes.front().cause, Cause::lost_runs);

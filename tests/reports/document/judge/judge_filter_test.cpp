@@ -136,7 +136,8 @@ TEST(JudgeFilter, SetsTheBoundBesideTheErrorsOfAModel) {
 
 TEST(JudgeFilter, TellsItAsTextJsonAndPage) {
   const JudgedFilter judged = judge_model(radar(), radar(), kOptions);
-  EXPECT_THAT(judged.text(), HasSubstr("Can this covariance be trusted? Yes, nothing speaks against it: consistent"));
+  EXPECT_THAT(judged.text(),
+              HasSubstr("Can this covariance be trusted? Yes, nothing speaks against it: consistent"));
   EXPECT_THAT(judged.text(), HasSubstr("9000 rows of 300 runs (simulated, 30 steps, seed 7)"));
   EXPECT_THAT(judged.text(), Not(HasSubstr("further runs")))
       << "only of logs it is known what covers further runs";
