@@ -223,7 +223,8 @@ SeriesPainter::WordsPlace SeriesPainter::beside(CanvasPoint point, double width)
   constexpr int kCorners = 4, kRounds = 3;
   const auto corner = [&](int i) {
     const bool below = i % 2 == 1, left = i % kCorners >= 2;
-    const double away = kAside + (kRise + kFall) * (i / kCorners);
+    const int round = i / kCorners;
+    const double away = kAside + (kRise + kFall) * round;
     const CanvasPoint at{point.x + (left ? -kAside : kAside), point.y + (below ? away + kRise : -away)};
     const double start = left ? at.x - width : at.x;
     return WordsPlace{

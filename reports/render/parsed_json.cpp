@@ -32,8 +32,9 @@ void require_number(const std::string& name, const Json& in, const std::string& 
   const std::string_view first = place.substr(0, place.find('.'));
   const std::string_view rest = place.substr(std::min(place.size(), first.size() + 1));
   for (const auto& [key, value] : in.items()) {
-    if (first == "*" || first == key)
-      require_number(name, value, before.empty() ? key : before + "." + key, rest, kind);
+    if (first != "*" && first != key) continue;
+    const std::string at = before.empty() ? key : fmt::format("{}.{}", before, key);
+    require_number(name, value, at, rest, kind);
   }
 }
 
