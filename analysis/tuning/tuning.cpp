@@ -381,7 +381,8 @@ class Tuner {
                         tuning_.coordinates[static_cast<std::size_t>(i)], r));
       }
     }
-    if (tuning_.estimate.decrement > kNotConverged) {
+    tuning_.converged = !(tuning_.estimate.decrement > kNotConverged);
+    if (!tuning_.converged) {
       notes.push_back(
           fmt::format("The search did not converge: the slope at its end promises to raise the score by {} "
                       "more. The values are those of the best trial; a filter that fails at some trials "

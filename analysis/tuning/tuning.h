@@ -71,6 +71,7 @@ struct Tuning {
   double lag_one_before = kNaN, lag_one_after = kNaN;
   bool misspecified = false;        ///< the intervals are those of the sandwich
   double information_ratio = kNaN;  ///< the worst variance of the scores over that of a right filter
+  bool converged = true;            ///< else a note says how far the search got
   std::vector<std::string> notes;   ///< sentences: what is held, ridges, limits
 
   bool anything_known() const { return !coordinates.empty(); }

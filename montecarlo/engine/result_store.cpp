@@ -54,7 +54,7 @@ std::filesystem::path lock_file(const std::filesystem::path& directory) {
 
 void remove_database(const std::filesystem::path& directory) {
   std::error_code error;
-  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) {
+  for (const char* suffix : kDatabaseFiles) {
     const std::filesystem::path file = directory / (std::string(kFileName) + suffix);
     std::filesystem::remove(file, error);
     if (error) throw StoreError(fmt::format("{}: cannot be removed ({})", file.string(), error.message()));

@@ -111,7 +111,7 @@ std::vector<std::byte> SqliteStatement::blob(int column) const {
 void SqliteDatabase::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
 
 SqliteDatabase::SqliteDatabase(const std::filesystem::path& file, Mode mode) : file_(file.string()) {
-  for (const char* part : {"", "-journal", "-wal", "-shm"}) require_regular_file(file_ + part);
+  for (const char* part : kDatabaseFiles) require_regular_file(file_ + part);
   // Absolute, since a relative name might begin with "file:" and be taken for a URI.
   const std::filesystem::path absolute = std::filesystem::absolute(file);
   const bool immutable = mode == Mode::immutable;

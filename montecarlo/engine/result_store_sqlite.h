@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -18,6 +19,9 @@ struct sqlite3_stmt;
 namespace credence::internal {
 
 class SqliteDatabase;
+
+/// What the names of the files of a database end with: itself, and what SQLite keeps beside it.
+inline constexpr std::array<const char*, 4> kDatabaseFiles = {"", "-journal", "-wal", "-shm"};
 
 /// One prepared statement; parameters count from 1, columns from 0.
 class SqliteStatement {

@@ -119,8 +119,7 @@ std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
           "NEES of the {} over its dof, in the chart of each estimator's own P. Above: its mean over the "
           "runs with its {:g} % interval, against accuracy and against cost: left is better, on the line "
           "is consistent, above it optimistic. Below: the mean over the runs, in windows of steps; and "
-          "median, "
-          "quartiles (thick) and the middle 90 % (thin) of the averages of single runs.",
+          "median, quartiles (thick) and the middle 90 % (thin) of the averages of single runs.",
           study.has_vehicle ? "pose" : "state", 100.0 * study.scenario.study.confidence),
       .rows = 2,
       .cols = 2};

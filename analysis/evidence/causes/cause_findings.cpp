@@ -326,7 +326,6 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   findings.any_block_is_wrong = any_block_is_wrong(j);
   findings.claimed_sigma = j.claimed_sigma;
   findings.lost = j.lost;
-  findings.lost_by_step = rows_are_steps(e.whole_runs, j.nees);
   findings.error_correlation = test_claimed_uncorrelated(e, j);
   findings.nees_values = e.whole_runs.nees_values;
   if (e.step_stride == 1) findings.white_share = white_share_of(e.whole_runs.nees);

@@ -128,8 +128,7 @@ struct Findings {
   std::optional<ResponsibleBlock> block = {};
   bool any_block_is_wrong = false;  ///< by its own NEES
   ClaimedSigmaTest claimed_sigma = {};
-  LostRuns lost = {};         ///< runs that alone are wrong
-  bool lost_by_step = false;  ///< their rows are steps
+  LostRuns lost = {};  ///< runs that alone are wrong
   /// Of errors that P claims to be uncorrelated, over all steps of the runs.
   std::optional<ErrorCorrelationTest> error_correlation = {};
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped

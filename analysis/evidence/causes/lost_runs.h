@@ -30,6 +30,7 @@ struct LostRuns {
   std::int64_t others = 0;
   double factor_of_others = 1.0;   ///< the mean of their NEES over the expected one
   double p_value_of_others = 1.0;  ///< that it is 1, by Student's t of the means of these runs
+  bool by_step = false;            ///< their rows are steps (rows_are_steps)
 
   /// Whether nothing is to be mended in these: the factor is within a quarter of 1, and nothing but chance.
   bool others_are_right() const {

@@ -17,4 +17,9 @@ Eigen::Matrix<double, 2, 5> RelativePlace::jacobian() const {
                                      {sine, -cosine, -r[0], -sine, cosine}};
 }
 
+Eigen::Matrix2d RelativePlace::covariance(const Covariance& P) const {
+  const Eigen::Matrix<double, 2, 5> J = jacobian();
+  return J * P * J.transpose();
+}
+
 }  // namespace credence::internal

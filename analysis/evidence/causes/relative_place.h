@@ -14,7 +14,7 @@ struct RelativePlace {
   /// ∂r/∂x.
   Eigen::Matrix<double, 2, 5> jacobian() const;
   /// Of r, of that of the state.
-  Eigen::Matrix2d covariance(const Covariance& P) const { return jacobian() * P * jacobian().transpose(); }
+  Eigen::Matrix2d covariance(const Covariance& P) const;
 
   double sine = 0.0, cosine = 1.0;  ///< of θ
   Eigen::Vector2d r;                ///< m

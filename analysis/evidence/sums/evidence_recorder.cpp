@@ -314,8 +314,7 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) {
       RelativePlace::State now, then;
       copy_places(step.estimate, places, now);
       copy_places(before, places, then);
-      const RelativePlace::State error = Eigen::Map<const RelativePlace::State>(step.moving.error.data());
-      const RelativePlace place(now), truth(now - error), of_then(then);
+      const RelativePlace place(now), truth(now - step.moving.error), of_then(then);
       const Eigen::Matrix2d P = place.covariance(RelativePlace::Covariance(step.moving.P));
       add_moving(run.lateness, Eigen::Vector2d(place.r - truth.r),
                  Eigen::Vector2d((place.r - of_then.r) / steps), P, of_moving_);

@@ -241,7 +241,7 @@ void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j
 }
 
 /// By their numbers among all runs, of which the evidence has those that ended well.
-LostRuns lost_runs_of(const Evidence& e, std::span<const std::string> names) {
+LostRuns lost_runs_of(const Evidence& e, const ConsistencyVerdict& nees, std::span<const std::string> names) {
   if (!e.has_truth || !e.joint_covariance || e.whole_runs.nees.empty()) return {};
   LostRuns lost = find_lost_runs(e.whole_runs.courses(static_cast<double>(e.study.nees_of_runs.least_dof)));
   for (LostRun& run : lost.runs) {
@@ -249,6 +249,7 @@ LostRuns lost_runs_of(const Evidence& e, std::span<const std::string> names) {
     const bool named = std::ssize(names) == e.study.runs;
     if (named) run.name = names[static_cast<std::size_t>(run.run)];
   }
+  lost.by_step = rows_are_steps(e.whole_runs, nees);
   return lost;
 }
 
@@ -339,7 +340,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, e.first_run, memory, j);
   open_zero_rows(j);
-  j.lost = lost_runs_of(e, context.run_names);
+  j.lost = lost_runs_of(e, j.nees, context.run_names);
   j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent

@@ -132,10 +132,8 @@ Word word_of(const Evidence& e, const Judgement& j) {
     const std::string runs = names_of(j.lost);
     word.says = alone ? fmt::format("optimistic in {} alone", runs)
                       : fmt::format("{}; above all in {}", word.says, runs);
-    if (j.lost.runs.size() == 1) {
-      const bool by_step = rows_are_steps(e.whole_runs, j.nees);
-      word.says += fmt::format(", from {} on", place_of(j.lost.runs.front(), by_step, j.nees));
-    }
+    if (j.lost.runs.size() == 1)
+      word.says += fmt::format(", from {} on", place_of(j.lost.runs.front(), j.lost.by_step, j.nees));
   } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
     word.verdict = Verdict::not_gaussian;
     const ConsistencyVerdict* const start = wrong_at_start(j);

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <string_view>
-#include <vector>
 
 #include "analysis/laws/correlation/group_sums.h"
 #include "analysis/laws/shape/vector_moments.h"

@@ -134,8 +134,8 @@ std::string about_linearisation(const LinearisationNees& nees) {
 }
 
 /// What is not judged, and what the tests assume.
-std::vector<std::string> limits_of(const ReplayJudgement& judgement,
-                                   std::span<const ReportedReplay> replays) {
+std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<const ReportedReplay> replays,
+                                   const LinearisationNees& linearisation) {
   const ReplayResult& first = replays.front().result;
   const double gate = first.settings.filter.gate;
   std::vector<std::string> limits{about_reference(first)};
@@ -159,7 +159,7 @@ std::vector<std::string> limits_of(const ReplayJudgement& judgement,
   limits.emplace_back(
       "The map as it lies carries the error of the start, which the innovations cannot see; its shape does "
       "not. The survey is taken as exact.");
-  if (std::string words = about_linearisation(linearisation_of(replays)); !words.empty())
+  if (std::string words = about_linearisation(linearisation); !words.empty())
     limits.push_back(std::move(words));
   return limits;
 }
@@ -204,8 +204,9 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays) {
            read_logs.times.known() ? std::make_shared<const StepTimes>(std::move(read_logs.times)) : nullptr,
        .run_names = std::move(read_logs.run_names)},
       {}, logs);
-  logs.remarks = limits_of(judgement, replays);
-  if (linearisation_of(replays).is_most()) logs.explained = Verdict::optimistic;
+  const LinearisationNees linearisation = linearisation_of(replays);
+  logs.remarks = limits_of(judgement, replays, linearisation);
+  if (linearisation.is_most()) logs.explained = Verdict::optimistic;
   return judgement;
 }
 

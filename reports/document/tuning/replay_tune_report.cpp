@@ -105,13 +105,12 @@ ReportAnswer replay_tune_answer(const ReplayTuning& t) {
   const auto apart = std::ranges::count(t.left_out, true, &LeftOutPart::tuned_apart);
   const bool all = apart == std::ssize(t.left_out);
   const std::string parts = all ? "parts" : fmt::format("parts, {} of {} of them,", apart, t.left_out.size());
-  return {
-      verdict == Verdict::consistent && all && !stopped_early(t.tuning) ? CellTone::good : CellTone::caution,
-      fmt::format("{}; on {} that it was not tuned on the filter is {}, mean NIS {} where {} "
-                  "is expected ({} before)",
-                  asked_noise_text("The data of " + t.name, t.tuning), parts, to_string(verdict),
-                  number_text(t.after.nis.mean, 3), number_text(t.after.nis.expected, 3),
-                  number_text(t.before.nis.mean, 3))};
+  return {verdict == Verdict::consistent && all && t.tuning.converged ? CellTone::good : CellTone::caution,
+          fmt::format("{}; on {} that it was not tuned on the filter is {}, mean NIS {} where {} "
+                      "is expected ({} before)",
+                      asked_noise_text("The data of " + t.name, t.tuning), parts, to_string(verdict),
+                      number_text(t.after.nis.mean, 3), number_text(t.after.nis.expected, 3),
+                      number_text(t.before.nis.mean, 3))};
 }
 
 std::vector<std::string> replay_tune_sentences(const ReplayTuning& t) {

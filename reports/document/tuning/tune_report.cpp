@@ -104,9 +104,9 @@ ReportTable tune_gain_table(const ScenarioTuning& t) {
 ReportAnswer tune_answer(const ScenarioTuning& t) {
   if (!t.tuning.anything_known()) return nothing_told(t.tuning);
   const std::string asked = asked_noise_text("The innovations", t.tuning);
-  if (!t.held_out) return {stopped_early(t.tuning) ? CellTone::caution : CellTone::plain, asked};
+  if (!t.held_out) return {t.tuning.converged ? CellTone::plain : CellTone::caution, asked};
   const Verdict verdict = overall_verdict(t.held_out->after);
-  return {verdict == Verdict::consistent && !stopped_early(t.tuning) ? CellTone::good : CellTone::caution,
+  return {verdict == Verdict::consistent && t.tuning.converged ? CellTone::good : CellTone::caution,
           fmt::format("{}; with the tuned noise the filter is {} on fresh noise", asked, to_string(verdict))};
 }
 

@@ -87,7 +87,7 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
               ? ", of what is known weakly the likelihood ratio"
               : "",
           t.units)}};
-  if (stopped_early(t))
+  if (!t.converged)
     table.notes.emplace_back(
         "The search did not converge: values and intervals are those of its best trial, and need not hold.");
   for (const TunedParameter& p : t.parameters) {
@@ -120,16 +120,11 @@ std::string likelihood_ratio_text(const Tuning& g) {
                      p_value_text(g.likelihood_ratio_p_value));
 }
 
-bool stopped_early(const Tuning& tuning) {
-  return std::ranges::any_of(
-      tuning.notes, [](const std::string& note) { return note.starts_with("The search did not converge"); });
-}
-
 std::string asked_noise_text(const std::string& of_what, const Tuning& tuning) {
   const std::string data =
-      stopped_early(tuning)
-          ? "The search did not converge, and what follows is no more than its best trial. " + of_what
-          : of_what;
+      tuning.converged
+          ? of_what
+          : "The search did not converge, and what follows is no more than its best trial. " + of_what;
   const bool any = std::ranges::any_of(tuning.parameters, &TunedParameter::contradicts_present);
   const bool together = !any && tuning.likelihood_ratio_p_value < 1.0 - tuning.confidence;
   std::string asked, kept;

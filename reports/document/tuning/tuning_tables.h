@@ -35,9 +35,6 @@ std::string likelihood_ratio_text(const Tuning& tuning);
 /// not converge that comes first.
 std::string asked_noise_text(const std::string& data, const Tuning& tuning);
 
-/// Whether the search ended without having converged, as a note says.
-bool stopped_early(const Tuning& tuning);
-
 /// The answer where nothing was found: why.
 ReportAnswer nothing_told(const Tuning& tuning);
 

@@ -107,6 +107,28 @@ TEST(Tuning, BeginsAgainFromTheEndOfTheSearchAndGivesUpWithoutAValue) {
   }
 }
 
+/// A quadratic one that does not rise above −1, whatever its gradient says.
+class CutScore final : public testing::QuadraticScore {
+ public:
+  using QuadraticScore::QuadraticScore;
+  UnitScores scores(const Vector& phi, bool gradient) const override {
+    UnitScores scores = QuadraticScore::scores(phi, gradient);
+    scores.value[0] = std::min(scores.value[0], -1.0);
+    return scores;
+  }
+};
+
+TEST(Tuning, SaysWhetherTheSearchConverged) {
+  const Vector top{{1.0, -2.0, 0.5}};
+  const auto says_so = ::testing::Contains(::testing::StartsWith("The search did not converge"));
+  const Tuning whole = tune(testing::QuadraticScore(top, testing::some_curvature()), Vector::Zero(3));
+  EXPECT_TRUE(whole.converged);
+  EXPECT_THAT(whole.notes, ::testing::Not(says_so));
+  const Tuning cut = tune(CutScore(top, testing::some_curvature()), Vector::Zero(3));
+  EXPECT_FALSE(cut.converged);
+  EXPECT_THAT(cut.notes, says_so);
+}
+
 /// Of so many values of a normal law whose mean square is s the variance e^φ.
 class VarianceScore final : public testing::QuadraticScore {
  public:

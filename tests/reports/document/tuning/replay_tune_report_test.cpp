@@ -95,7 +95,7 @@ TEST(ReplayTuneReport, TheAnswerIsOfWhatWasLeftOut) {
 
 TEST(ReplayTuneReport, ASearchThatDidNotConvergeIsInTheAnswer) {
   ReplayTuning t = tuned_logs();
-  t.tuning.notes.emplace_back("The search did not converge: the slope at its end promises more.");
+  t.tuning.converged = false;
   const Document document = shown_tuning(t);
   EXPECT_THAT(document.answer.text,
               testing::StartsWith("The search did not converge, and what follows is no more than its best "
