@@ -57,7 +57,7 @@ std::optional<OwnScenario> own_unless_file(const std::string& name) {
   const bool exists = fs::exists(name, error);
   if (exists && !fs::is_directory(name, error)) return std::nullopt;
   std::optional<OwnScenario> own = own_scenario(name);
-  if (!own && exists) return std::nullopt;  // who reads it says that it is a folder
+  if (!own && (exists || error)) return std::nullopt;  // who reads it says what it is
   if (!own) throw ScenarioError(fmt::format("{}: no such scenario file{}", name, proposal(name)));
   return own;
 }

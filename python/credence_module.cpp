@@ -92,12 +92,13 @@ Outcome outcome_named(const std::string& name) {
 /// The evidence of runs that come bundle by bundle.
 class Collector {
  public:
-  Collector(std::vector<std::string> states, std::vector<bool> angles,
+  Collector(std::vector<std::string> states, std::vector<bool> angles, std::vector<std::string> units,
             const std::vector<std::pair<std::string, std::vector<Index>>>& blocks,
             const std::vector<std::tuple<std::string, Index, Index, std::vector<bool>>>& sensors,
             bool has_truth, bool nonlinear, bool inflated) {
     layout_.states = std::move(states);
     layout_.angles = std::move(angles);
+    layout_.units = std::move(units);
     layout_.has_truth = has_truth;
     layout_.nonlinear = nonlinear;
     layout_.inflated = inflated;
@@ -369,7 +370,7 @@ PYBIND11_MODULE(_credence, m) {
            py::arg("error"), py::arg("P"), py::arg("innovations"), py::arg("estimate") = py::none());
 
   py::class_<Collector>(m, "Collector")
-      .def(py::init<std::vector<std::string>, std::vector<bool>,
+      .def(py::init<std::vector<std::string>, std::vector<bool>, std::vector<std::string>,
                     const std::vector<std::pair<std::string, std::vector<Index>>>&,
                     const std::vector<std::tuple<std::string, Index, Index, std::vector<bool>>>&, bool, bool,
                     bool>())

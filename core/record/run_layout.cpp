@@ -64,6 +64,19 @@ void leave_single_landmarks(std::vector<Block>& blocks) {
   });
 }
 
+/// Metres of positions and radians of angles, where no unit is told of any state.
+void add_units(RunLayout& layout) {
+  if (!layout.units.empty()) return;
+  for (const Block& block : layout.blocks) {
+    if (block.part == Part::other) continue;
+    layout.units.resize(layout.states.size());
+    for (const Index state : block.states) {
+      const auto i = static_cast<std::size_t>(state);
+      layout.units[i] = i < layout.angles.size() && layout.angles[i] ? "rad" : "m";
+    }
+  }
+}
+
 /// Names the parts of a vehicle and a map, where the blocks are such.
 void name_parts(RunLayout& layout) {
   Block* const vehicle = find(layout, kVehicle);
@@ -91,7 +104,21 @@ void name_parts(RunLayout& layout) {
   layout.blocks.push_back(std::move(map));
 }
 
+/// "" where it is not known.
+std::string unit_of_state(const RunLayout& layout, Index state) {
+  const auto i = static_cast<std::size_t>(state);
+  if (i < layout.angles.size() && layout.angles[i]) return "rad";
+  return i < layout.units.size() ? layout.units[i] : "";
+}
+
 }  // namespace
+
+std::string unit_of_states(const RunLayout& layout, const std::vector<Index>& states) {
+  if (states.empty()) return "";
+  const std::string unit = unit_of_state(layout, states.front());
+  const auto has_it = [&](Index state) { return unit_of_state(layout, state) == unit; };
+  return std::ranges::all_of(states, has_it) ? unit : "";
+}
 
 std::string no_pose_sentence(const RunLayout& layout) {
   std::vector<Index> states;
@@ -123,6 +150,7 @@ void add_named_blocks(RunLayout& layout) {
     }
   }
   name_parts(layout);
+  add_units(layout);
 }
 
 }  // namespace credence

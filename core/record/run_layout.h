@@ -50,6 +50,7 @@ struct Sensor {
 struct RunLayout {
   std::vector<std::string> states{};  ///< "block.state" or a single name
   std::vector<bool> angles{};         ///< which states are angles (rad)
+  std::vector<std::string> units{};   ///< of the states, "m", "m/s"; empty, or "" for one: not known
   std::vector<Block> blocks{};
   std::vector<Sensor> sensors{};
   Index landmark_dim = 0;  ///< of a landmark of Part::map; 0: there is none
@@ -67,12 +68,16 @@ struct RunLayout {
 /// Writes the blocks of states that are named "block.state": one for each name before the dot. A block
 /// "vehicle" of x, y and an angle, wherever these stand, is a pose and gives a block of its position and of
 /// its heading too; blocks "landmark…" of one dimension are the map, of which the first kSingleLandmarks have
-/// a block of their own.
+/// a block of their own. Vehicle and landmarks are in metres where the layout names no units.
 void add_named_blocks(RunLayout& layout);
 
 }  // namespace credence
 
 namespace credence::internal {
+
+/// The unit that these states have in common: "rad" of angles, else what the layout says; "" where one is not
+/// known, or where they differ.
+std::string unit_of_states(const RunLayout& layout, const std::vector<Index>& states);
 
 /// Why states "vehicle.…" are no pose or position, and what would be one, in a sentence; empty where they are
 /// one, or there are none.

@@ -205,6 +205,7 @@ void read_solution(const std::filesystem::path& file, const LogReading& options,
     }
   }
   layout.angles.assign(layout.states.size(), false);
+  layout.units.assign(layout.states.size(), "m");
   add_named_blocks(layout);
   sink.begin_run(layout);
   Step step;

@@ -9,7 +9,7 @@ namespace credence::internal {
 
 RunErrors::RunErrors(const RunLayout& layout) {
   for (std::size_t i = 0; i < std::min(kStates, layout.states.size()); ++i) {
-    states.push_back({layout.states[i], i < layout.angles.size() && layout.angles[i], {}, {}});
+    states.push_back({layout.states[i], unit_of_states(layout, {static_cast<Index>(i)}), {}, {}});
   }
 }
 

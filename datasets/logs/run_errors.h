@@ -15,7 +15,7 @@ struct RunErrors {
 
   struct State {
     std::string name;
-    bool angle = false;                ///< its error is in rad
+    std::string unit = {};             ///< "rad" of an angle; "": not known
     std::vector<double> error, sigma;  ///< at each step; NaN where the state was not there yet
   };
   std::vector<double> step;

@@ -112,27 +112,32 @@ std::optional<UncertainPose> truth_as_written(const Trajectory& truth, double ti
                        (1.0 - share) * covariance(i) + share * covariance(i + 1)};
 }
 
-RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joint_covariance) {
+RunLayout layout_of(PoseErrorAxes axes, bool has_orientation, bool joint_covariance) {
   RunLayout layout;
   layout.joint_covariance = joint_covariance;
-  if (orientation == OrientationError::planar) {
+  if (axes.orientation == OrientationError::planar) {
     layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
     layout.angles = {false, false, true};
+    layout.units = {"m", "m", "rad"};
     layout.states.resize(has_orientation ? 3 : 2);
     layout.angles.resize(layout.states.size());
+    layout.units.resize(layout.states.size());
     add_named_blocks(layout);
     return layout;
   }
   layout.states = {"position.x", "position.y", "position.z"};
   layout.angles = {false, false, false};
+  layout.units = {"m", "m", "m"};
   layout.blocks = {{"position", Part::position, {0, 1, 2}}};
   if (!has_orientation) return layout;
-  const bool rpy = orientation == OrientationError::rpy;
+  const bool rpy = axes.orientation == OrientationError::rpy;
   const std::vector<std::string> names =
       rpy ? std::vector<std::string>{"roll", "pitch", "yaw"} : std::vector<std::string>{"x", "y", "z"};
   for (const std::string& name : names) {
     layout.states.push_back("orientation." + name);
     layout.angles.push_back(rpy);
+    // Half a rotation vector and the vector part of a quaternion are not in rad.
+    layout.units.emplace_back(axes.unit == RotationUnit::vector ? "rad" : "");
   }
   layout.blocks.push_back({"orientation", Part::other, {3, 4, 5}});
   return layout;
@@ -188,7 +193,7 @@ TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatchi
       axes_(axes),
       placement_(std::move(placement)),
       turn_(placement_.motion.linear()),
-      layout_(layout_of(axes.orientation, truth.has_orientation, joint_covariance)),
+      layout_(layout_of(axes, truth.has_orientation, joint_covariance)),
       components_(estimated_components(axes).begin(), estimated_components(axes).end()) {
   components_.resize(layout_.states.size());  // without those of the orientation where the truth has none
 }

@@ -15,10 +15,12 @@ RunLayout layout_of(const ReplayResult& replay) {
   if (has_true_heading(replay)) {
     layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
     layout.angles = {false, false, true};
+    layout.units = {"m", "m", "rad"};
     add_named_blocks(layout);
   } else {
     layout.states = {"x", "y"};
     layout.angles = {false, false};
+    layout.units = {"m", "m"};
     layout.blocks = {{"position", Part::position, {0, 1}}};
   }
   const ReplayNoise& noise = replay.settings.noise;

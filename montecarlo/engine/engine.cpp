@@ -93,6 +93,17 @@ bool in_shard(std::size_t number, const EngineOptions& options) {
   return number % static_cast<std::size_t>(options.shards) == static_cast<std::size_t>(options.shard - 1);
 }
 
+/// Whether these statistics may be those of a chunk: they tell how many runs they are of, and which of these
+/// went wrong. Runs that all went well are told by nothing.
+bool may_be_of(const ChunkKey& key, std::int64_t steps, const StudyStatistics& statistics) {
+  const auto is_here = [&](const auto& of_run) {
+    return of_run.run >= key.first_run && of_run.run < key.first_run + key.runs;
+  };
+  return statistics.runs == key.runs && (steps == 0 || std::ssize(statistics.steps) == steps) &&
+         std::ranges::all_of(statistics.failures, is_here) &&
+         std::ranges::all_of(statistics.not_converged, is_here);
+}
+
 /// What the workers share, under one lock; nobody waits under it while a chunk is written to the disk.
 class ChunkCollector {
  public:
@@ -114,10 +125,15 @@ class ChunkCollector {
         // A study may have been run with fewer or more runs: its last chunk is then another one.
         if (key.first_run >= tasks_[t].runs || key_of(chunks[number]) != key) continue;
         if (studies_[t].ended()) break;
-        add(t, chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
+        StudyStatistics statistics = statistics_from_bytes(options_.store->get_chunk(key).value());
+        if (!may_be_of(key, tasks_[t].steps, statistics)) {
+          options_.store->refuse(key, "they are those of another chunk");
+        }
+        add(t, chunks[number].index, std::move(statistics));
         if (tasks_[t].found) {
-          if (const auto bytes = options_.store->get_companion(key)) {
-            tasks_[t].found(key.first_run, key.runs, *bytes);
+          const auto bytes = options_.store->get_companion(key);
+          if (bytes && !tasks_[t].found(key.first_run, key.runs, *bytes)) {
+            options_.store->refuse(key, "the evidence beside them is that of another chunk");
           }
         }
         if (in_shard(number, options_)) {

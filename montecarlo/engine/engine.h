@@ -33,10 +33,10 @@ struct StudyTask {
   std::int64_t steps = 0;    ///< of a run, for the progress within a chunk; 0: not told
   /// Plays a chunk in the place of the experiment, with the same bits; empty: nobody does. Thread-safe.
   std::function<StudyStatistics(std::int64_t first_run, std::int64_t runs)> play{};
-  /// What is stored beside a chunk just played, and who takes it where the chunk was there; empty: nothing.
-  /// Thread-safe.
+  /// What is stored beside a chunk just played, and who takes it where the chunk was there, and tells whether
+  /// it may be of its runs; empty: nothing. Thread-safe.
   std::function<std::vector<std::byte>(std::int64_t first_run, std::int64_t runs)> companion{};
-  std::function<void(std::int64_t first_run, std::int64_t runs, std::span<const std::byte>)> found{};
+  std::function<bool(std::int64_t first_run, std::int64_t runs, std::span<const std::byte>)> found{};
   /// With ranks, so many first runs stay on rank 0, as `play` keeps more of them than their statistics.
   std::int64_t kept_runs = 0;
 };

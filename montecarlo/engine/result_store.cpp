@@ -349,7 +349,11 @@ std::optional<std::vector<std::byte>> ResultStore::payload_of(const char* table,
   } catch (const std::runtime_error& error) {
     damage = error.what();
   }
-  if (damage.empty()) return payload;
+  if (!damage.empty()) refuse(key, damage);
+  return payload;
+}
+
+void ResultStore::refuse(const ChunkKey& key, const std::string& damage) const {
   throw StoreError(fmt::format("{}: {} are damaged ({}): {}", (directory_ / kFileName).string(),
                                describe(key), damage, kDamageAdvice));
 }

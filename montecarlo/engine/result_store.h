@@ -99,6 +99,9 @@ class ResultStore {
   /// The bytes of a chunk, nothing if it is not there; throws if they fail their checksum.
   std::optional<std::vector<std::byte>> get_chunk(const ChunkKey& key) const;
 
+  /// Throws what tells that a chunk is damaged, to whoever reads its bytes, too; `damage`: in what.
+  [[noreturn]] void refuse(const ChunkKey& key, const std::string& damage) const;
+
   /// Adds what is kept beside a chunk: nothing that a result depends on, so that it may be missing, and once
   /// there it stays. Committed with the next chunk; to be put before its chunk, then.
   void put_companion(const ChunkKey& key, std::span<const std::byte> payload,

@@ -42,6 +42,8 @@ std::string explain(sqlite3* database, int code) {
     case SQLITE_LOCKED: return "is locked by another process";
     case SQLITE_NOTADB: return fmt::format("is no result store, or one that is damaged: {}", kDamageAdvice);
     case SQLITE_CORRUPT: return fmt::format("is damaged: {}", kDamageAdvice);
+    case SQLITE_ERROR:  // our statements are right, and the tables not those that they name
+      return fmt::format("is damaged ({}): {}", reason(database, code), kDamageAdvice);
     case SQLITE_READONLY:
     case SQLITE_PERM: return "cannot be written to (it is read-only)";
     case SQLITE_CANTOPEN: return fmt::format("cannot be opened ({})", reason(database, code));

@@ -27,6 +27,9 @@ bool is_of_shell(const std::filesystem::path& file) {
 std::string read_text(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::status_known(status)) {
+    throw ScenarioError(fmt::format("{}: cannot be read ({})", file.string(), error.message()));
+  }
   if (!std::filesystem::exists(status)) {
     throw ScenarioError(fmt::format("{}: no such scenario file", file.string()));
   }

@@ -43,7 +43,11 @@ RunLayout slam_layout(const BlockLayout& blocks, Index measurements, bool consta
   add_vehicle(planar, layout);
   add_landmarks(blocks, layout);
   layout.angles.assign(layout.states.size(), false);
-  if (planar) layout.angles[2] = true;
+  layout.units.assign(layout.states.size(), "m");
+  if (planar) {
+    layout.angles[2] = true;
+    layout.units[2] = "rad";
+  }
   layout.nonlinear = planar;
   const Index piece = constant && measurements <= kLargestWhole ? measurements : blocks.landmark;
   layout.sensors = {{.name = "", .dim = measurements, .piece = piece}};

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass
-from typing import Any, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -253,6 +253,26 @@ def states_of(names: "Optional[Sequence[str]]", angles: Any, n: int) -> "tuple[l
     if angles is not None:
         angle[indices(angles, states, "angles")] = True
     return states, angle
+
+
+def units_of(units: Any, states: "list[str]", angle: np.ndarray) -> "list[str]":
+    """The unit of each state: of a list one for each, of a dict those that it names, the others "" as not known."""
+    if units is None:
+        return []
+    if isinstance(units, Mapping):
+        for state in units:
+            if state not in states:
+                raise ValueError(f"units: there is no state {state!r} among {', '.join(states)}")
+        units = [units.get(state, "") for state in states]
+    elif isinstance(units, str) or not np.iterable(units):
+        raise ValueError(f"units = {units!r}: expected one for each state, or a dict of states and their units")
+    told = [require_text(unit, "units") for unit in units]
+    if len(told) != len(states):
+        raise ValueError(f"units has {len(told)} entries: the state has {len(states)}")
+    for state, unit, is_angle in zip(states, told, angle):
+        if is_angle and unit not in ("", "rad"):
+            raise ValueError(f"units: {state} is an angle, in {unit!r}; an angle is in rad")
+    return told
 
 
 def _state_names(names: "Optional[Sequence[str]]", n: int) -> "list[str]":

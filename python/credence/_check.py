@@ -7,7 +7,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import float_array, following, indices, leading, require_distinct, require_text, states_of
+from ._arrays import float_array, following, indices, leading, require_distinct, require_text, states_of, units_of
 from ._result import Result
 
 Progress = Callable[[float, float], Any]
@@ -56,6 +56,7 @@ def innovation_angles_of(which: Any, sensor: str, piece: int) -> "list[bool]":
 def collector(
     names,
     angles,
+    units,
     blocks,
     n: int,
     sensors: "list[tuple[str, int, int, list[bool]]]",
@@ -73,7 +74,14 @@ def collector(
         if not which:
             raise ValueError(f"blocks['{name}'] has no states")
     return _credence.Collector(
-        states, angle.tolist(), of_blocks, sensors, has_truth, bool(nonlinear), bool(inflated)
+        states,
+        angle.tolist(),
+        units_of(units, states, angle) if has_truth else [],
+        of_blocks,
+        sensors,
+        has_truth,
+        bool(nonlinear),
+        bool(inflated),
     )
 
 
@@ -107,6 +115,7 @@ def check(
     estimate: Any = None,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
+    units: Any = None,
     innovation_angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
     observation: Any = None,
@@ -135,6 +144,8 @@ def check(
     names: one for each state; "pose.x", "pose.y" are a block "pose", "heading:angle" is an angle in rad. Without names
         each state is a block.
     angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
+    units: of the states, as "m" or "m/s", one for each or a dict of some: what tables and figures say beside errors. An
+        angle is in rad, and "rad" and "rad/s" are shown in degrees.
     innovation_angles: the components of an innovation (of one observation) that are angles in rad, by number from 0 or
         booleans, True for all: one beyond half a turn was not wrapped, and is named as a cause. A dict: for each sensor.
     blocks: name → states that are judged together, by name, number or slice, instead of those that names make.
@@ -215,7 +226,7 @@ def check(
         )
         for i in range(len(error_parts or sensor_parts[0]))
     ]
-    runs = collector(names, angles, blocks, n, sensors, error is not None, nonlinear, inflated)
+    runs = collector(names, angles, units, blocks, n, sensors, error is not None, nonlinear, inflated)
     runs.add(bundles, shape.indexing, threads, {})
     runs.look(bundles, shape.indexing, {}, False)
     return Result(runs.judge(name, "arrays", confidence, sensitivity, within, dt))

@@ -88,6 +88,7 @@ class Collector:
         self,
         states: Sequence[str],
         angles: Sequence[bool],
+        units: Sequence[str],
         blocks: Sequence[tuple[str, Sequence[int]]],
         sensors: Sequence[tuple[str, int, int, Sequence[bool]]],
         has_truth: bool,

@@ -88,6 +88,7 @@ def study(
     noise_group: int = 0,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
+    units: Any = None,
     innovation_angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
     confidence: float = 0.95,
@@ -126,7 +127,7 @@ def study(
     workers: processes; world and filter must then be importable, and the script guarded by
         ``if __name__ == "__main__":``. The same runs are always one batch: but for what numpy rounds by where an array
         lies, the bits do not depend on it.
-    names, angles, innovation_angles, blocks, confidence, nonlinear, inflated: as in ``check``.
+    names, angles, units, innovation_angles, blocks, confidence, nonlinear, inflated: as in ``check``.
     noise: what makes it other than a filter believes: {"outlier_rate": 0.01, "outlier_scale": 10, "student_dof": 4,
         "measurement_correlation": 0.5, "process_correlation": 0.5, "measurement_delay": 1}, each as the key of [noise]
         in docs/scenario.md. Of what world.step and world.input draw, and of what world.measure draws.
@@ -160,7 +161,7 @@ def study(
             if first:
                 dims.update({s: nu.shape[-1] for s, (nu, _) in chunk.innovations.items() if s not in dims})
                 sensors = [(s, m, m, innovation_angles_of(innovation_angles, s, m)) for s, m in dims.items()]
-                collected = collector(names, angles, blocks, n, sensors, True, nonlinear, inflated)
+                collected = collector(names, angles, units, blocks, n, sensors, True, nonlinear, inflated)
             late = {s: nu.shape[-1] for s, (nu, _) in chunk.innovations.items() if s not in dims}
             if late:
                 raise _LateSensors(late)

@@ -22,6 +22,7 @@ struct FigureText {
   FigureText(std::string words) : text(std::move(words)) {}  // NOLINT: labels are written as literals
   FigureText(const char* words) : text(words) {}             // NOLINT
   bool empty() const { return text.empty(); }
+  bool operator==(const FigureText&) const = default;
 
   std::string text;
   bool has_markup = false;

@@ -107,6 +107,36 @@ std::vector<LegendEntry> flow_legend(const Panel& panel, const CanvasBox& box, d
   return entries;
 }
 
+std::vector<const Series*> named_series(const Panel& panel) {
+  std::vector<const Series*> named;
+  for (const Series& series : panel.series) {
+    if (!series.label.empty()) named.push_back(&series);
+  }
+  return named;
+}
+
+// Whether the sample of `told` has all that the one of `series` has: a marker on a line tells a line, too.
+bool tells(const Series& told, const Series& series) {
+  const LegendSample has = legend_sample(told), wants = legend_sample(series);
+  return told.label == series.label && told.role == series.role && told.stroke == series.stroke &&
+         told.marker == series.marker && has.area == wants.area && (has.line || !wants.line) &&
+         (has.marker || !wants.marker);
+}
+
+// Whether each panel has a legend of its own.
+std::vector<bool> with_legends(const Figure& figure) {
+  std::vector<bool> with;
+  std::vector<const Series*> told;
+  for (const Panel& panel : figure.panels) {
+    const std::vector<const Series*> named = named_series(panel);
+    const bool new_here =
+        !std::ranges::equal(told, named, [](const Series* a, const Series* b) { return tells(*a, *b); });
+    with.push_back(new_here && !named.empty());
+    if (with.back()) told = named;
+  }
+  return with;
+}
+
 double legend_height(const std::vector<LegendEntry>& entries) {
   return entries.empty() ? 0.0 : entries.back().y - entries.front().y + kLine + 0.5 * kGap;
 }
@@ -170,7 +200,7 @@ Columns place_columns(const Figure& figure, const FigureLayout& layout) {
 
 // Places one panel whose axes lie between two depths below the top of the canvas.
 void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, std::size_t col, double top,
-                 double bottom, double legend_top) {
+                 double bottom) {
   const double width = columns.axes_width;
   const double left = columns.axes_left[col];
   out.box = {left, left + width, top, bottom};
@@ -191,12 +221,11 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
     out.colour_bar_x = out.box.right + kColourBarGap;
     out.colour_label_x = out.box.right + colour_bar_room(out.colour) + 0.5 * kLine;
   }
-  out.legend = flow_legend(panel, out.box, columns.cell_left[col], legend_top);
 }
 
 // Places a row of the grid that starts at `depth` below the top; returns the depth of its end.
 double place_row(const Figure& figure, FigureLayout& layout, const Columns& columns, std::size_t row,
-                 double depth) {
+                 double depth, const std::vector<bool>& legends_of) {
   const auto cols = static_cast<std::size_t>(figure.cols);
   const std::size_t begin = row * cols;
   const std::size_t end = std::min(figure.panels.size(), begin + cols);
@@ -212,8 +241,11 @@ double place_row(const Figure& figure, FigureLayout& layout, const Columns& colu
   const double legend_top = bottom + kTickLabels + (has_x_label ? kLine + 1.0 : 0.0) + 3.0;
   double legends = 0.0;
   for (std::size_t i = begin; i < end; ++i) {
-    place_panel(figure.panels[i], layout.panels[i], columns, i - begin, top, bottom, legend_top);
-    legends = std::max(legends, legend_height(layout.panels[i].legend));
+    PanelLayout& out = layout.panels[i];
+    place_panel(figure.panels[i], out, columns, i - begin, top, bottom);
+    if (legends_of[i])
+      out.legend = flow_legend(figure.panels[i], out.box, columns.cell_left[i - begin], legend_top);
+    legends = std::max(legends, legend_height(out.legend));
   }
   const double below = legend_top + legends + 2.0;
   for (std::size_t i = begin; i < end; ++i) {
@@ -227,17 +259,24 @@ double place_row(const Figure& figure, FigureLayout& layout, const Columns& colu
 
 }  // namespace
 
+LegendSample legend_sample(const Series& series) {
+  const bool points = series.kind == SeriesKind::points;
+  const bool area = series.kind == SeriesKind::band || (series.kind == SeriesKind::polygon && series.filled);
+  return {.area = area, .line = !area && !points, .marker = points || series.kind == SeriesKind::error_bars};
+}
+
 FigureLayout lay_out(const Figure& figure, double width) {
   FigureLayout layout;
   layout.width = width;
   layout.panels.resize(figure.panels.size());
   start_axes(figure, layout);
+  const std::vector<bool> legends_of = with_legends(figure);
   // Margins follow from the labels of the ticks, and the ticks from the size that margins leave.
   for (int pass = 0; pass < 2; ++pass) {
     const Columns columns = place_columns(figure, layout);
     double depth = 0.0;
     for (std::size_t row = 0; row < static_cast<std::size_t>(figure.rows); ++row) {
-      depth = place_row(figure, layout, columns, row, depth);
+      depth = place_row(figure, layout, columns, row, depth, legends_of);
     }
     layout.height = std::ceil(depth);
   }

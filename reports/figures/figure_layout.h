@@ -13,6 +13,13 @@ namespace credence::internal {
 
 inline constexpr double kColourBarWidth = 12.0;
 
+/// What stands for a series in a legend.
+struct LegendSample {
+  bool area = false, line = false, marker = false;
+};
+
+LegendSample legend_sample(const Series& series);
+
 struct LegendEntry {
   std::size_t series;   ///< index in the panel
   double x, y;          ///< left end of the sample, middle of the line of text
@@ -29,8 +36,8 @@ struct PanelLayout {
   double colour_bar_x = 0.0, colour_label_x = 0.0;
   double y_label_x = 0.0;  ///< the middle of the vertical label's line
   double x_label_y = 0.0;
-  double title_y = 0.0;  ///< heights of texts are those of the middle of their line
-  std::vector<LegendEntry> legend;
+  double title_y = 0.0;             ///< heights of texts are those of the middle of their line
+  std::vector<LegendEntry> legend;  ///< none where the panels before have told the same
 };
 
 struct FigureLayout {
@@ -39,7 +46,8 @@ struct FigureLayout {
 };
 
 /// Lays out a valid figure on a canvas of `width` units; the height follows from the content. Axes in one row
-/// or column of the grid line up; legends stand below their axes, never over the data.
+/// or column of the grid line up; legends stand below their axes, never over the data. A panel whose legend
+/// would tell nothing that the last one before it does not has none.
 FigureLayout lay_out(const Figure& figure, double width);
 
 }  // namespace credence::internal

@@ -35,8 +35,7 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
 
 /// Errors of the first run, state by state: of all states of an inertial filter, of a map the first ones.
 Figure errors_figure(const std::string& name, const RunErrors& run, const LogAnalysis& a) {
-  const RunLayout& layout = a.evidence.layout;
-  const std::size_t states = layout.states.size();
+  const std::size_t states = a.evidence.layout.states.size();
   const StepTimes* const times = a.judgement.nees.times.get();
   // A component that the filter does not estimate has no error in any row.
   std::vector<const RunErrors::State*> estimated;
@@ -54,7 +53,7 @@ Figure errors_figure(const std::string& name, const RunErrors& run, const LogAna
   const FigureData x =
       figure_data(run.step, [&](double step) { return step_place(times, static_cast<std::int64_t>(step)); });
   for (const RunErrors::State* state : estimated) {
-    const ErrorUnit unit = error_unit(layout, state->name, state->angle);
+    const ErrorUnit unit = error_unit(state->unit);
     const auto scaled = [](double factor) { return [factor](double value) { return factor * value; }; };
     Panel panel{.title = state->name, .x_label = step_label(times), .y_label = unit.label};
     panel.series =
@@ -84,7 +83,7 @@ Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
 std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs) {
   return {log_consistency_figure(name, logs.analysis),
           errors_figure(name, logs.first_run, logs.analysis),
-          sigma_figure(name, logs.calibration, logs.analysis.evidence.layout.states),
+          sigma_figure(name, logs.calibration, logs.analysis.evidence.layout),
           distance_figure(name, logs.calibration),
           stanford_figure(name, logs.calibration),
           blocks_figure(name, logs.analysis)};

@@ -59,24 +59,49 @@ Series landmark_line(int landmark, FigureText label, FigureData t, FigureData va
 /// Landmarks are numbered from 1 in the order of the survey.
 std::string landmark_name(int landmark) { return fmt::format("{}", landmark + 1); }
 
-/// Errors of all landmarks in one coordinate, each over its 2σ in the same colour.
+/// 2σ of the landmarks in one coordinate over the steps: a band for each sign from the smallest to the
+/// largest, and the median.
+std::vector<Series> landmark_bounds(const ReplayResult& r, Index i) {
+  FigureData t, least, median, largest;
+  for (const ReplayStep& step : r.steps) {
+    std::vector<double> bounds;
+    for (const ReplayLandmark& landmark : step.landmarks) {
+      if (landmark.landmark >= 0) bounds.push_back(2.0 * std::sqrt(landmark.covariance(i, i)));
+    }
+    if (bounds.empty()) continue;
+    std::ranges::sort(bounds);
+    t.push_back(step.time_s);
+    least.push_back(bounds.front());
+    median.push_back(0.5 * (bounds[(bounds.size() - 1) / 2] + bounds[bounds.size() / 2]));
+    largest.push_back(bounds.back());
+  }
+  const auto below = [](const FigureData& values) { return figure_data(values, std::negate<>()); };
+  constexpr ColourRole kRole = ColourRole::neutral;  // the others are those of landmarks
+  return {band_series("±2σ, smallest to largest", kRole, t, least, largest),
+          band_series("", kRole, t, below(largest), below(least)),
+          line_series("±2σ, median", kRole, t, below(median)), line_series("", kRole, t, median)};
+}
+
+/// Errors of all landmarks in one coordinate over the bounds of all; each is thick where it is beyond its
+/// own.
 Panel landmark_panel(const ReplayResult& r, Index i, const char* title) {
   Panel panel{.title = title, .x_label = "time (s)", .y_label = "error (m)"};
-  for (const double sign : {-2.0, 2.0}) {
-    const auto bounds = landmark_curves(r, [&](const ReplayLandmark& landmark, const Point&) {
-      return sign * std::sqrt(landmark.covariance(i, i));
-    });
-    for (const auto& [id, curve] : bounds) {
-      Series series = landmark_line(id, "", curve.first, curve.second);
-      series.weight = 0.4;
-      panel.series.push_back(std::move(series));
-    }
-  }
-  const auto errors = landmark_curves(r, [&](const ReplayLandmark& landmark, const Point& surveyed) {
+  panel.series = landmark_bounds(r, i);
+  const auto error = [i](const ReplayLandmark& landmark, const Point& surveyed) {
     return landmark.position[i] - surveyed[i];
+  };
+  const auto errors = landmark_curves(r, error);
+  const auto beyond = landmark_curves(r, [&](const ReplayLandmark& landmark, const Point& surveyed) {
+    const double e = error(landmark, surveyed);
+    return std::abs(e) > 2.0 * std::sqrt(landmark.covariance(i, i)) ? e : kNaN;
   });
-  for (const auto& [id, curve] : errors)
+  for (const auto& [id, curve] : errors) {
     panel.series.push_back(landmark_line(id, landmark_name(id), curve.first, curve.second));
+    const FigureData& outside = beyond.at(id).second;
+    if (std::ranges::all_of(outside, [](double e) { return std::isnan(e); })) continue;
+    panel.series.push_back(landmark_line(id, "", curve.first, outside));
+    panel.series.back().weight = 2.0;
+  }
   return panel;
 }
 
@@ -199,9 +224,11 @@ std::vector<Figure> replay_figures(const std::string& name, const ReplayResult& 
   return {map,
           replay_run_figure(name + "-run",
                             "Errors of the vehicle against " + reference +
-                                " and of the landmarks, by number, against the survey, each with the "
-                                "filter's 2σ (thin, of a landmark in its colour); gains: norms of the rows "
-                                "of K by kind of measurement, landmarks in the same colours; traces; NIS.",
+                                " with the filter's 2σ, and of the landmarks, by number, against the "
+                                "survey: thick where one is beyond its own 2σ, over the band from the "
+                                "smallest to the largest 2σ of all and their median; gains: norms of the "
+                                "rows of K by kind of measurement, landmarks in the same colours; traces; "
+                                "NIS.",
                             r)};
 }
 

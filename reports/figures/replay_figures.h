@@ -12,7 +12,7 @@
 namespace credence::internal {
 
 /// The paper's Figures 5 to 7 for one replay: vehicle error against the reference with 2σ, landmark errors
-/// with 2σ, gains, traces of the covariance; and the NIS of single observations.
+/// with the band of their 2σ, gains, traces of the covariance; and the NIS of single observations.
 Figure replay_run_figure(const std::string& name, const std::string& caption, const ReplayResult& result);
 
 /// A panel of the paper's Figure 8: path and map over the reference and the survey, with 2σ ellipses.

@@ -82,20 +82,17 @@ void SeriesPainter::paint(const Series& series) {
 void SeriesPainter::paint_sample(const Series& series, const LegendEntry& entry) {
   const double end = entry.x + entry.sample_width;
   const CanvasPath middle{{0.5 * (entry.x + end), entry.y}};
-  const bool is_area =
-      series.kind == SeriesKind::band || (series.kind == SeriesKind::polygon && series.filled);
-  if (is_area) {
+  const LegendSample sample = legend_sample(series);
+  if (sample.area) {
     const RoleStyle style = style_of(series.role);
     const CanvasPath box = rectangle_path({entry.x, end, entry.y - 5.0, entry.y + 5.0});
     return canvas_.fill({&box, 1}, {style.rgb, style.tint});
   }
-  if (series.kind != SeriesKind::points) {
+  if (sample.line) {
     const CanvasPath line{{entry.x, entry.y}, {end, entry.y}};
     canvas_.stroke({&line, 1}, pen_of(series));
   }
-  if (series.kind == SeriesKind::points || series.kind == SeriesKind::error_bars) {
-    paint_markers(series, middle, canvas_);
-  }
+  if (sample.marker) paint_markers(series, middle, canvas_);
 }
 
 std::vector<CanvasPath> SeriesPainter::curves(const Series& series, const FigureData& x,

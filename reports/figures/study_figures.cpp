@@ -13,6 +13,7 @@
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "montecarlo/worlds/registry.h"
+#include "reports/document/shown_unit.h"
 #include "reports/document/study/judgement_report.h"
 #include "reports/figures/figure_axis.h"
 #include "reports/figures/step_axis.h"
@@ -381,14 +382,9 @@ std::vector<std::size_t> shown_states(const RunLayout& layout, std::size_t n,
 
 }  // namespace
 
-ErrorUnit error_unit(const RunLayout& layout, const std::string& state, bool angle) {
-  for (const Block& block : layout.blocks) {
-    const auto is_state = [&](Index i) { return layout.states[static_cast<std::size_t>(i)] == state; };
-    if (std::ranges::none_of(block.states, is_state)) continue;
-    if (block.part == Part::heading) angle = true;
-    if (block.part == Part::position || block.part == Part::landmark) return {"error (m)"};
-  }
-  return angle ? ErrorUnit{"error (°)", 1.0 / kRadiansPerDegree} : ErrorUnit{};
+ErrorUnit error_unit(std::string_view unit) {
+  const ShownUnit shown = shown_unit(unit);
+  return {"error" + unit_in_brackets(shown.name), shown.scale};
 }
 
 Figure states_run_figure(const std::string& name, const RunTrace& trace, std::span<const BlockVerdict> blocks,
@@ -403,8 +399,7 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace, std::sp
                  : fmt::format(" of the first {} of {} states", states.size(), n);
   Figure figure{.name = name + "-run", .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which)};
   for (const std::size_t i : states) {
-    const bool angle = i < trace.layout.angles.size() && trace.layout.angles[i];
-    const ErrorUnit unit = error_unit(trace.layout, trace.layout.states[i], angle);
+    const ErrorUnit unit = error_unit(unit_of_states(trace.layout, {static_cast<Index>(i)}));
     Panel panel{.title = trace.layout.states[i], .x_label = step_label(times), .y_label = unit.label};
     add_error(panel, steps, trace, static_cast<Index>(i), "error", ColourRole::estimate, true, unit.scale);
     figure.panels.push_back(std::move(panel));

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
@@ -40,12 +41,12 @@ std::string over_runs_text(std::int64_t runs);
 
 /// The label of an axis of errors, and what turns them into its unit.
 struct ErrorUnit {
-  const char* label = "error";
+  std::string label = "error";
   double scale = 1.0;
 };
 
-/// Metres and degrees are known, of positions and landmarks, and of headings and what `angle` says.
-ErrorUnit error_unit(const RunLayout& layout, const std::string& state, bool angle);
+/// Of a unit of the layout: "error (m/s)", of radians in degrees; "error" where it is empty, not known.
+ErrorUnit error_unit(std::string_view unit);
 
 /// The means of every step with pointwise and simultaneous bounds; `exact` may be empty. Where fewer than
 /// half of the steps have data they alone are shown; where the dof falls often all is shown over it,

@@ -376,18 +376,25 @@ document.addEventListener('DOMContentLoaded', () => {
       event.preventDefault();
     });
 
-    // ---- Curves are switched by their entries in the legend
+    // ---- Curves are switched by their entries in the legend, which is that of the next panels without one
+    const named = Object.keys(data.parts).map(Number);
+    panel.turn = (k, off) => {
+      const i = named[k];
+      if (i === undefined) return;
+      if (off) hidden.add(i); else hidden.delete(i);
+      all(data.parts[i].map(k => '.series.s' + k).join(','), svg).forEach(g => { g.style.display = off ? 'none' : ''; });
+      hide();
+    };
     all('.key', svg).forEach(entry => {
-      const i = +entry.classList[1].slice(1);
+      const i = +entry.classList[1].slice(1), k = named.indexOf(i);
       entry.setAttribute('role', 'button');
       entry.setAttribute('tabindex', '0');
       entry.setAttribute('aria-pressed', 'true');
       const flip = () => {
-        const off = !hidden.delete(i);
-        if (off) hidden.add(i);
-        all(data.parts[i].map(k => '.series.s' + k).join(','), svg).forEach(g => { g.style.display = off ? 'none' : ''; });
+        const off = !hidden.has(i);
+        panel.turn(k, off);
+        for (let next = panel.nextElementSibling; next && next.turn && !next.querySelector('.key'); next = next.nextElementSibling) next.turn(k, off);
         entry.setAttribute('aria-pressed', String(!off));
-        hide();
       };
       entry.addEventListener('click', flip);
       entry.addEventListener('keydown', event => {

@@ -52,6 +52,14 @@ TEST_F(ScenarioFiles, WhatMayBeMeantIsSaidInOneSentence) {
   }
 }
 
+TEST_F(ScenarioFiles, ALoopOfLinksIsNotSaidToBeMissing) {
+  const std::string why = ": cannot be read (Too many levels of symbolic links)\n";
+  for (const char* name : {"x.toml", "tracking"}) fs::create_symlink(name, folder_ / name);
+  for (const char* command : {"run", "sweep", "estimators"})
+    EXPECT_EQ(run({command, "x.toml"}).err, "credence: x.toml" + why) << command;
+  EXPECT_EQ(short_run("tracking").code, 0) << "a scenario of the program is not hidden by it";
+}
+
 TEST_F(ScenarioFiles, WhatIsNeitherIsRefusedWithWhatMayBeMeant) {
   fs::create_directories(folder_ / "folder");
   EXPECT_THAT(short_run("folder").err, HasSubstr("folder: is a directory; a scenario is a TOML file"));

@@ -168,6 +168,20 @@ class Pages(unittest.TestCase):
         self.assertNotIn("measured mean", self.hover("figure-logs-consistency", 0, 17 * STEP_S))
         self.assertEqual(self.browser.run(click), ["true", ""])
 
+    def test_a_legend_switches_the_next_panels_without_one_too(self):
+        self.browser.view(1280)
+        self.browser.open(self.pages["estimators"])
+        click = """(() => {
+          const panels = [...document.querySelectorAll('#figure-estimators .panel')];
+          const key = [...panels[0].querySelectorAll('.key')].find(k => k.textContent.includes('1: '));
+          key.dispatchEvent(new MouseEvent('click', {bubbles: true}));
+          const hidden = g => g.style.display === 'none';
+          return panels.map(p => [p.querySelector('.key') !== null, [...p.querySelectorAll('.series')].some(hidden)]);
+        })()"""
+        self.assertEqual(self.browser.run(click), [[True, True], [False, True], [False, True], [False, True]])
+        self.assertEqual(self.browser.run(click), [[True, False], [False, False], [False, False], [False, False]])
+        self.assertEqual(self.browser.errors(), [])
+
     def test_a_drawn_box_is_zoomed_to_and_escape_leads_back(self):
         self.browser.view(1280)
         self.browser.open(self.pages["check"])

@@ -2,6 +2,7 @@ import copy
 import json
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -288,6 +289,33 @@ def test_angles_are_wrapped_and_blocks_are_named():
     assert [b.name for b in named.blocks] == ["place", "all"]
 
 
+def units_taken(result):
+    """The document without its units, and these."""
+    document = result.to_dict()
+    return [row.pop("unit") for row in document["battery"]["accuracy"]], document
+
+
+def test_units_stand_beside_errors_and_change_no_number(tmp_path):
+    error, P, nu, S = play()
+    plain = credence.check(error, P, nu, S, names=["x", "v"])
+    nothing, numbers = units_taken(plain)
+    assert nothing == ["", ""]
+
+    def page_of(result, folder):
+        result.report(tmp_path / folder)
+        return re.sub("<[^>]*>", "", (tmp_path / folder / "index.html").read_text())
+
+    assert "x (m)" not in page_of(plain, "plain")
+    listed = ["m", "rad/s"]
+    for kind, units in (("list", listed), ("dict", {"x": "m", "v": "rad/s"}), ("array", np.array(listed))):
+        told = credence.check(error, P, nu, S, names=["x", "v"], units=units)
+        assert units_taken(told) == (listed, numbers)
+        page = page_of(told, kind)
+        assert "x (m)" in page and "v (°/s)" in page
+    assert credence.check(error, P, names=["x", "v"], units={}).verdict == "consistent"
+    assert credence.check(error, P, angles=["x2"], units=["m", "rad"]).verdict == "consistent"
+
+
 def test_mistakes_of_units_are_told_as_of_a_log(tmp_path):
     rng = np.random.default_rng(3)
     variances = np.array([0.01, 0.04, 0.0025])
@@ -375,6 +403,15 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(error=a["error"].astype(complex))).startswith("error is of dtype complex128")
     assert bad(lambda a: a.update(names=["x"])) == "names has 1 entries: the state has 2"
     assert bad(lambda a: a.update(angles=["heading"])) == "angles: there is no state 'heading' among x1, x2"
+    assert bad(lambda a: a.update(units=["m"])) == "units has 1 entries: the state has 2"
+    assert bad(lambda a: a.update(units={"v": "m"})) == "units: there is no state 'v' among x1, x2"
+    assert bad(lambda a: a.update(units="m")) == (
+        "units = 'm': expected one for each state, or a dict of states and their units"
+    )
+    assert bad(lambda a: a.update(units=["m", 1])) == "units = 1: expected a str"
+    assert bad(lambda a: a.update(angles=[1], units=["m", "deg"])) == (
+        "units: x2 is an angle, in 'deg'; an angle is in rad"
+    )
     assert bad(lambda a: a.update(confidence=1.5)) == "confidence = 1.5: expected 0.5 to 0.999999"
     assert bad(lambda a: a.update(confidence="x")) == "confidence = 'x': expected 0.5 to 0.999999"
     assert bad(lambda a: a.update(within=None)) == "within = None: expected 0.001 to 10"

@@ -646,6 +646,12 @@ def test_a_name_says_that_a_state_is_an_angle():
     by_list = credence.study(World(), Winding, names=["x", "v"], angles=["v"], runs=100, steps=10)
     assert by_name.to_dict() == by_list.to_dict()
     assert [b.name for b in by_name.blocks] == ["x", "v"]
+    in_units = credence.study(
+        World(), Winding, names=["x", "v:angle"], units={"x": "m", "v": "rad"}, runs=100, steps=10
+    )
+    assert [row["unit"] for row in in_units.to_dict()["battery"]["accuracy"]] == ["m", "rad"]
+    with pytest.raises(ValueError, match="units has 3 entries: the state has 2"):
+        credence.study(World(), Winding, units=["m", "m", "m"], runs=100, steps=10)
 
 
 class Slow(Filter):

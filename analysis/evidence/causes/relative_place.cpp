@@ -4,12 +4,15 @@
 
 namespace credence::internal {
 
+RelativePlace::RelativePlace(const State& x, double sine_of_x, double cosine_of_x)
+    : sine(sine_of_x), cosine(cosine_of_x) {
+  const Eigen::Vector2d d = x.tail<2>() - x.head<2>();
+  r = {cosine * d[0] + sine * d[1], cosine * d[1] - sine * d[0]};
+}
+
 RelativePlace::RelativePlace(const State& x) {
   const auto [s, c] = sine_cosine(x[2]);
-  sine = s;
-  cosine = c;
-  const Eigen::Vector2d d = x.tail<2>() - x.head<2>();
-  r = {c * d[0] + s * d[1], c * d[1] - s * d[0]};
+  *this = RelativePlace(x, s, c);
 }
 
 Eigen::Matrix<double, 2, 5> RelativePlace::jacobian() const {

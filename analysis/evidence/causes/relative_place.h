@@ -10,6 +10,8 @@ struct RelativePlace {
   using Covariance = Eigen::Matrix<double, 5, 5>;
 
   explicit RelativePlace(const State& x);
+  /// With sin θ and cos θ, as they are known.
+  RelativePlace(const State& x, double sine, double cosine);
 
   /// ∂r/∂x.
   Eigen::Matrix<double, 2, 5> jacobian() const;

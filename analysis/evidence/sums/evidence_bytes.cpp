@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 21;
+constexpr std::uint32_t kFormat = 22;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -197,7 +197,7 @@ class Pass {
   }
 
   void one(Held<RunLayout>& layout) {
-    (*this)(layout.states, layout.angles, layout.blocks, layout.sensors, layout.landmark_dim,
+    (*this)(layout.states, layout.angles, layout.units, layout.blocks, layout.sensors, layout.landmark_dim,
             layout.has_truth, layout.joint_covariance, layout.nonlinear, layout.inflated,
             layout.componentwise);
   }

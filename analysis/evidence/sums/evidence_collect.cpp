@@ -65,16 +65,18 @@ std::vector<std::byte> EvidenceCollector::stored(std::int64_t first_run, std::in
   return bytes.size() <= kMostBytes ? bytes : std::vector<std::byte>();
 }
 
-void EvidenceCollector::take_stored(std::int64_t first_run, std::int64_t runs,
+bool EvidenceCollector::take_stored(std::int64_t first_run, std::int64_t runs,
                                     std::span<const std::byte> bytes) {
-  if (first_run >= most_) return;
+  if (first_run >= most_) return true;
   try {
     Evidence evidence = evidence_from_bytes(bytes, experiment_.layout());
+    if (evidence.study.runs != runs) return false;
     const std::lock_guard lock(mutex_);
     chunks_.insert_or_assign({first_run, runs}, std::move(evidence));
   } catch (const std::runtime_error&) {
-    return;
+    return true;
   }
+  return true;
 }
 
 void EvidenceCollector::keep_with(StudyTask& task) {
@@ -82,7 +84,7 @@ void EvidenceCollector::keep_with(StudyTask& task) {
   task.kept_runs = most_;
   task.companion = [this](std::int64_t first, std::int64_t runs) { return stored(first, runs); };
   task.found = [this](std::int64_t first, std::int64_t runs, std::span<const std::byte> bytes) {
-    take_stored(first, runs, bytes);
+    return take_stored(first, runs, bytes);
   };
 }
 

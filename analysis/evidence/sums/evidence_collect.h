@@ -33,8 +33,9 @@ class EvidenceCollector {
   /// What a result store keeps of the evidence of a chunk that was played; empty where there is none, or too
   /// much.
   std::vector<std::byte> stored(std::int64_t first_run, std::int64_t runs);
-  /// Takes what a store has of a chunk; of another version nothing, and the chunk will be played.
-  void take_stored(std::int64_t first_run, std::int64_t runs, std::span<const std::byte> bytes);
+  /// Takes what a store has of a chunk; of another version nothing, and the chunk will be played. False where
+  /// it is of another number of runs, and is not taken.
+  bool take_stored(std::int64_t first_run, std::int64_t runs, std::span<const std::byte> bytes);
   /// Has an engine keep the evidence in its store, and take it from there.
   void keep_with(StudyTask& task);
 

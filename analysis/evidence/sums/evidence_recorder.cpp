@@ -305,16 +305,23 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) {
     run.way_states = step.states;
     run.way_steps = 0;
   }
-  const std::size_t most = run.way.size(), newest = run.way_steps++ % most;
+  const std::size_t most = run.way.size();
+  WayPoint& newest = run.way[run.way_steps++ % most];
+  double sine = kNaN, cosine = kNaN;
   const std::vector<Index>& places = step.moving.places;
   if (run.way_steps > 1 && !places.empty()) {
-    const Vector& before = run.way[run.way_steps > most ? newest : 0];
+    const WayPoint& oldest = run.way_steps > most ? newest : run.way.front();
+    const Vector& before = oldest.estimate;
     const auto steps = static_cast<double>(std::min(most, run.way_steps - 1));
     if (planar_map_) {
       RelativePlace::State now, then;
       copy_places(step.estimate, places, now);
       copy_places(before, places, then);
-      const RelativePlace place(now), truth(now - step.moving.error), of_then(then);
+      const RelativePlace place(now), truth(now - step.moving.error);
+      const RelativePlace of_then =
+          std::isnan(oldest.sine) ? RelativePlace(then) : RelativePlace(then, oldest.sine, oldest.cosine);
+      sine = place.sine;
+      cosine = place.cosine;
       const Eigen::Matrix2d P = place.covariance(RelativePlace::Covariance(step.moving.P));
       add_moving(run.lateness, Eigen::Vector2d(place.r - truth.r),
                  Eigen::Vector2d((place.r - of_then.r) / steps), P, of_moving_);
@@ -331,7 +338,9 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) {
       add_moving(run.lateness, step.moving.error, motion, step.moving.P, all ? whitening_ : of_moving_);
     }
   }
-  run.way[newest] = step.estimate;
+  newest.estimate = step.estimate;
+  newest.sine = sine;
+  newest.cosine = cosine;
 }
 
 void EvidenceRecorder::add_scores(OpenRun& run, const NormalisedStep& step) const {
@@ -430,10 +439,15 @@ void EvidenceRecorder::close_last(const BlockError& state) {
   for (Index i = 0; i < state.error.size(); ++i) {
     if (state.P(i, i) > 0.0) varied.push_back(i);
   }
-  if (varied.empty() || !whitening_.compute(Matrix(state.P(varied, varied)))) return;
-  whitening_.whiten(Vector(state.error(varied)), whitened_);
-  VectorMoments& last = sums_.whole_runs.last_whitened;
-  if (last.count == 0 || last.mean.size() == whitened_.size()) last.add(whitened_);
+  const auto add = [&](const MatrixRef& P, const VectorRef& error) {
+    if (!whitening_.compute(P)) return;
+    whitening_.whiten(error, whitened_);
+    VectorMoments& last = sums_.whole_runs.last_whitened;
+    if (last.count == 0 || last.mean.size() == whitened_.size()) last.add(whitened_);
+  };
+  if (varied.empty()) return;
+  if (std::ssize(varied) == state.error.size()) return add(state.P, state.error);
+  add(Matrix(state.P(varied, varied)), Vector(state.error(varied)));
 }
 
 }  // namespace credence::internal

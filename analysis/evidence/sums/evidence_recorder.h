@@ -55,6 +55,11 @@ class EvidenceRecorder {
   Evidence take();
 
  private:
+  struct WayPoint {
+    Vector estimate{};
+    double sine = kNaN, cosine = kNaN;  ///< of the heading of a pose with a map; NaN: not yet known
+  };
+
   struct OpenRun {
     bool open = false, first = false;
     double log_determinant = kNaN, change = kNaN;  ///< of P at the last step, and over it
@@ -70,7 +75,7 @@ class EvidenceRecorder {
     RunLaw law{};
     RunLateness lateness{};
     std::vector<Index> way_states{};  ///< of the estimates of the way
-    std::array<Vector, 4> way{};      ///< estimates of the last steps, that of way_steps mod 4 the oldest
+    std::array<WayPoint, 4> way{};    ///< of the last steps, that of way_steps mod 4 the oldest
     std::size_t way_steps = 0;        ///< so far, of these states
     RunScore score{};
     std::int64_t rows = 0;                                    ///< that were not rejected

@@ -10,16 +10,12 @@
 namespace credence::internal {
 namespace {
 
-/// "m" or "rad"; nothing where a block mixes angles and others.
-std::optional<std::string_view> unit_of(const Block& block, const RunLayout& layout) {
-  if (block.part == Part::position || block.part == Part::map) return "m";
-  const auto is_angle = [&](Index state) {
-    return std::cmp_less(state, layout.angles.size()) && layout.angles[static_cast<std::size_t>(state)];
-  };
-  const auto angles = std::ranges::count_if(block.states, is_angle);
-  if (block.part == Part::heading || angles == std::ssize(block.states)) return "rad";
-  if (angles > 0) return std::nullopt;
-  return "";
+/// As the layout says; nothing where a block mixes angles and others.
+std::optional<std::string> unit_of(const Block& block, const RunLayout& layout) {
+  std::string unit = unit_of_states(layout, block.states);
+  const auto is_angle = [&](Index state) { return unit_of_states(layout, {state}) == "rad"; };
+  if (unit.empty() && std::ranges::any_of(block.states, is_angle)) return std::nullopt;
+  return unit;
 }
 
 }  // namespace
@@ -42,11 +38,11 @@ std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confi
   for (const Block& block : evidence.layout.blocks) {
     if (block.part == Part::pose || block.part == Part::landmark) continue;
     const auto sums = std::ranges::find(evidence.blocks, block.name, &BlockSums::name);
-    const auto unit = unit_of(block, evidence.layout);
+    auto unit = unit_of(block, evidence.layout);
     if (!unit || sums == evidence.blocks.end() || sums->squared_error.count == 0) continue;
     if (sums->squared_error.mean == 0.0 && sums->claimed.mean == 0.0) continue;  // known exactly
     all.push_back({.of = block.name,
-                   .unit = *unit,
+                   .unit = *std::move(unit),
                    .squared_error = mean_square_interval(sums->squared_error, confidence),
                    .claimed = sums->claimed.mean});
   }

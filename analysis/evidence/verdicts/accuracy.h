@@ -18,7 +18,7 @@ namespace credence::internal {
 /// One block of the state. All values are squared, summed over its states, of a map for each landmark.
 struct BlockAccuracy {
   std::string of;
-  std::string_view unit = {};  ///< "m", "rad" or, where it is not known, empty
+  std::string unit = {};       ///< of its states, "m/s"; empty: not known, or several
   MeanInterval squared_error;  ///< of whole runs
   double claimed = 0.0;        ///< the mean of tr P; NaN: not known, of a store of an earlier format
   double at_truth = kNaN;      ///< what a filter with its Jacobians at the truth would claim; NaN: not known

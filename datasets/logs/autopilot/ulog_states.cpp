@@ -24,6 +24,7 @@ namespace {
 constexpr std::string_view kStates = "estimator_states", kLocalPosition = "vehicle_local_position";
 constexpr std::array<const char*, 6> kStateNames = {"velocity.north", "velocity.east", "velocity.down",
                                                     "position.north", "position.east", "position.down"};
+constexpr std::array<const char*, 6> kStateUnits = {"m/s", "m/s", "m/s", "m", "m", "m"};
 using VelocityAndPosition = Eigen::Matrix<double, 6, 1>;  ///< velocity, position; m/s, m
 
 /// One row of estimator_states.
@@ -167,9 +168,11 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   RunLayout layout;
   layout.joint_covariance = false;
   for (Index i = 0; i < (has_heights ? 6 : has_origins ? 5 : 3); ++i) {
-    const char* const name = kStateNames[static_cast<std::size_t>(i)];
+    const auto place = static_cast<std::size_t>(i);
+    const char* const name = kStateNames[place];
     layout.states.emplace_back(name);
     layout.angles.push_back(false);
+    layout.units.emplace_back(kStateUnits[place]);
     layout.blocks.push_back({name, Part::other, {i}});
   }
   sink.begin_run(layout);

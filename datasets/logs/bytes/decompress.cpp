@@ -5,6 +5,7 @@
 #include <lz4frame.h>
 #include <zlib.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <algorithm>
 #include <limits>
@@ -16,6 +17,7 @@ namespace {
 constexpr std::uint64_t kLargest = std::uint64_t{1} << 30;
 constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kFirstOutput = std::uint64_t{1} << 16;
+constexpr int kWidestWindow = 27;  ///< of zstd, as a power of 2: what `zstd -d` takes, too
 
 /// What one call of a library did.
 struct Progress {
@@ -72,10 +74,15 @@ void unpack_zstd(const ByteCursor& packed, std::uint64_t size, std::vector<std::
   const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
                                                                           ZSTD_freeDStream);
   if (!stream) throw std::bad_alloc();
+  ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, kWidestWindow);
   unpack(packed, size, out, "zstd", [&](Bytes in, std::span<std::uint8_t> room) {
     ZSTD_inBuffer from{in.data(), in.size(), 0};
     ZSTD_outBuffer to{room.data(), room.size(), 0};
     const std::size_t hint = ZSTD_decompressStream(stream.get(), &to, &from);
+    if (ZSTD_getErrorCode(hint) == ZSTD_error_frameParameter_windowTooLarge) {
+      packed.fail(
+          "zstd with a window of more than 128 MiB: `mcap decompress` makes a copy that is not packed");
+    }
     return Progress{from.pos, to.pos, hint == 0, ZSTD_isError(hint) != 0};
   });
 }

@@ -13,8 +13,8 @@ enum class Compression { none, lz4, zstd, bz2, deflate };
 /// a zip file).
 ///
 /// size: what the container says it unpacks to; it must be met exactly. Memory grows with what comes out, so
-/// a false size costs none. Throws DataError at the packed bytes for a false size, one above 1 GiB, and for
-/// bytes that cannot be unpacked.
+/// a false size costs none, and zstd takes a window of 128 MiB at most beside it. Throws DataError at the
+/// packed bytes for a false size, one above 1 GiB, a wider window, and for bytes that cannot be unpacked.
 void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
                 std::vector<std::uint8_t>& out);
 

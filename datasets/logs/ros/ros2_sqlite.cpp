@@ -23,7 +23,12 @@ class Database {
     if (status != SQLITE_OK) fail();
   }
 
-  [[noreturn]] void fail() const { fail(sqlite3_errmsg(database_.get())); }
+  [[noreturn]] void fail() const {
+    const int kind = sqlite3_errcode(database_.get());
+    const bool damaged = kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB;
+    fail(damaged ? "is damaged: what can still be read of it is saved by `sqlite3 OLD .recover | sqlite3 NEW`"
+                 : sqlite3_errmsg(database_.get()));
+  }
   [[noreturn]] void fail(const std::string& problem) const {
     throw DataError(file_, "", fmt::format("{} (a bag of ROS 2 has tables topics and messages)", problem));
   }

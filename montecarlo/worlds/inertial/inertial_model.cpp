@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
@@ -20,12 +22,21 @@ Vector6 pair(double first, double second) {
 }
 
 RunLayout layout_of(const AidingSettings& aiding, double velocity_std, double scale, Index landmarks) {
-  std::vector<std::string> states;
-  for (const std::string block : {"position", "velocity", "attitude", "gyro_bias", "accelerometer_bias"}) {
-    for (const char* axis : {".x", ".y", ".z"}) states.push_back(block + axis);
+  constexpr std::pair<const char*, const char*> kBlocks[] = {{"position", "m"},
+                                                             {"velocity", "m/s"},
+                                                             {"attitude", "rad"},
+                                                             {"gyro_bias", "rad/s"},
+                                                             {"accelerometer_bias", "m/s²"}};
+  std::vector<std::string> states, units;
+  for (const auto& [block, unit] : kBlocks) {
+    for (const char* axis : {".x", ".y", ".z"}) {
+      states.push_back(std::string(block) + axis);
+      units.emplace_back(unit);
+    }
   }
   for (std::size_t i = 6; i < 9; ++i) states[i] += ":angle";
   RunLayout layout = model_layout(states, {{"", aiding.landmarks ? 3 * landmarks : 6}});
+  layout.units = std::move(units);
   layout.blocks.front().part = Part::position;
   layout.nonlinear = true;
   Sensor& sensor = layout.sensors.front();

@@ -106,6 +106,7 @@ FunctionModel pendulum_model(const Scenario& scenario) {
   model.mean = Eigen::Vector2d(real_value(scenario, "world.start_angle_deg") * kRadiansPerDegree, 0.0);
   model.P0 = Eigen::Vector2d(angle * angle, velocity * velocity).asDiagonal();
   model.states = {"angle:angle", "angular_velocity"};
+  model.units = {"rad", "rad/s"};
   return model;
 }
 

@@ -37,6 +37,7 @@ RunLayout layout_of(const FunctionModel& model) {
     states.push_back(fmt::format("x{}", i + 1));
   }
   RunLayout layout = model_layout(states, {{"", model.R.rows()}});
+  if (!model.units.empty()) layout.units = model.units;
   layout.sensors.front().angles = model.measured_angles;
   layout.nonlinear = true;
   return layout;
@@ -54,6 +55,7 @@ const FunctionModel& checked(const FunctionModel& model) {
   require_size("f(mean)", model.f(model.mean).size(), n);
   require_size("h(mean)", model.h(model.mean).size(), m);
   if (!model.states.empty()) require_size("states", std::ssize(model.states), n);
+  if (!model.units.empty()) require_size("units", std::ssize(model.units), n);
   if (!model.measured_angles.empty()) require_size("measured_angles", std::ssize(model.measured_angles), m);
   return model;
 }

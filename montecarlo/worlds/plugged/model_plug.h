@@ -21,6 +21,7 @@ struct FunctionModel {
   Vector mean;                             ///< n
   Matrix P0;                               ///< n×n, psd
   std::vector<std::string> states = {};    ///< names; "heading:angle" is an angle in rad; empty: x1, x2, …
+  std::vector<std::string> units = {};     ///< of the states, "m", "m/s"; empty: not known
   std::vector<bool> measured_angles = {};  ///< which measurements are angles in rad; empty: none
   /// The Jacobians of f and h; by central differences where they are not given.
   std::function<Matrix(const Vector&)> F = {}, H = {};

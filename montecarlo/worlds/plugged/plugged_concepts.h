@@ -124,7 +124,7 @@ namespace credence {
 ///
 /// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
 /// dt(), the time of a step, which the filter's predict is given behind the input; layout(), with the names,
-/// angles, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
+/// angles, units, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
 /// where x is, for figures and logs of a state that is no vector: the estimate is shown at those of the truth
 /// plus its error.
 template <class World>
@@ -248,7 +248,7 @@ std::vector<Innovation> innovations_of(const Filter& filter) {
 }
 
 /// The layout of a state with these names ("heading:angle" is an angle in rad, "pose.x" of a block
-/// "pose") and of sensors with these names and dimensions.
+/// "pose") and of sensors with these names and dimensions. Units are not known.
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors);
 

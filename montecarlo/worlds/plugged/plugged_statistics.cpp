@@ -44,6 +44,10 @@ RunLayout completed(RunLayout layout) {
     throw std::invalid_argument(fmt::format(
         "layout(): {} angles for {} states; accepted is one for each, or none", layout.angles.size(), n));
   }
+  if (!layout.units.empty() && layout.units.size() != n) {
+    throw std::invalid_argument(fmt::format(
+        "layout(): {} units for {} states; accepted is one for each, or none", layout.units.size(), n));
+  }
   for (std::size_t i = 0; i < n; ++i) {
     std::string& state = layout.states[i];
     if (!state.ends_with(kAngle)) continue;
@@ -51,6 +55,11 @@ RunLayout completed(RunLayout layout) {
     layout.angles[i] = true;
   }
   require_names(layout.states);
+  for (std::size_t i = 0; i < layout.units.size(); ++i) {
+    if (!layout.angles[i] || layout.units[i].empty() || layout.units[i] == "rad") continue;
+    throw std::invalid_argument(fmt::format("layout(): state '{}' is an angle, in '{}'; an angle is in rad",
+                                            layout.states[i], layout.units[i]));
+  }
   for (const Block& block : layout.blocks) {
     for (const Index state : block.states) {
       if (state >= 0 && static_cast<std::size_t>(state) < n) continue;

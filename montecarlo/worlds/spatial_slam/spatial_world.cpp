@@ -110,6 +110,7 @@ RunLayout spatial_layout(const SpatialWorld& world) {
     layout.states.emplace_back(name);
   }
   layout.angles.assign(layout.states.size(), false);
+  layout.units = {"m", "m", "m", "rad", "rad", "rad"};
   layout.blocks = {{"position", Part::position, {0, 1, 2}}, {"attitude", Part::heading, {3, 4, 5}}};
   layout.sensors = {{.name = "", .dim = 3 * static_cast<Index>(most), .piece = 3}};
   layout.nonlinear = true;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "core/append_item.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
@@ -130,13 +132,15 @@ Vector target_start(const Scenario& scenario) {
 }
 
 RunLayout target_layout(const Scenario& scenario, const Matrix& R) {
-  std::vector<std::string> states;
-  for (const char* block : {"position", "velocity"}) {
+  std::vector<std::string> states, units;
+  for (const auto& [block, unit] : {std::pair("position", "m"), std::pair("velocity", "m/s")}) {
     for (Index axis = 0; axis < dimensions(scenario); ++axis) {
       states.push_back(fmt::format("{}.{}", block, "xyz"[axis]));
+      units.emplace_back(unit);
     }
   }
   RunLayout layout = linear_layout(std::move(states), R, scenario.noise.detection_probability == 1.0);
+  layout.units = std::move(units);
   layout.blocks.front().part = Part::position;
   return layout;
 }

@@ -204,6 +204,18 @@ void tell_zero_blocks(const Judgement& judgement, CheckedLogs& logs) {
                       first_items(zero, 6)));
 }
 
+/// What errors are that P finds all of one size, up to rounding: no sample of what it claims; "" for others.
+std::string one_size_sentence(const Moments& nees) {
+  constexpr std::int64_t kFewRows = 20;
+  constexpr double kRounding = 1e-12;
+  const double deviation = std::sqrt(nees.m2 / static_cast<double>(nees.count));
+  if (nees.count < kFewRows || !(nees.mean > 0.0) || !(deviation <= kRounding * nees.mean)) return {};
+  return fmt::format(
+      "Every NEES is {}: errors of one size are no sample of a covariance; was one error drawn for all {} "
+      "rows, or are they a bias without noise?",
+      number_text(nees.mean, 4), nees.count);
+}
+
 }  // namespace
 
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
@@ -227,6 +239,8 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
     logs.mistakes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
   else
     tell_zero_blocks(judgement, logs);
+  std::string one_size = one_size_sentence(logs.analysis.evidence.whole_runs.nees_values);
+  if (!one_size.empty()) logs.mistakes.push_back(std::move(one_size));
   if (mistakes.swapped_axes) {
     leave_swapped_open(judgement);
     logs.calibration = {};
@@ -295,7 +309,7 @@ Document log_document(CheckedLogs given) {
   if (!logs.calibration.bins.empty()) {
     document.section("Where P lies");
     document.folded("Errors by claimed σ",
-                    [&] { document.table(sigma_table(logs.calibration, a.evidence.layout.states)); });
+                    [&] { document.table(sigma_table(logs.calibration, a.evidence.layout)); });
   }
   add_tests(document, logs, name);
   document.link("every step as CSV", name + ".csv");

@@ -186,12 +186,14 @@ std::vector<Figure> paper_figures(const CarparkStudy& study, InflationSolution s
   for (const CarparkVariant& variant : variants) {
     const ReplayResult& result = study.find(variant, initial);
     const std::string figure = paper_figure(variant);
-    figures.push_back(replay_run_figure(
-        fmt::format("carpark-figure{}-{}", figure.back(), suffix),
-        fmt::format(
-            "The paper's {}: {}, {}. Errors against GPS and survey with the filter's 2σ, gains, traces, NIS.",
-            figure, inflation_words(variant), anchor_words(variant)),
-        result));
+    figures.push_back(replay_run_figure(fmt::format("carpark-figure{}-{}", figure.back(), suffix),
+                                        fmt::format("The paper's {}: {}, {}. Errors against GPS with the "
+                                                    "filter's 2σ, and of the landmarks against the "
+                                                    "survey (thick where one is beyond its own 2σ) over the "
+                                                    "band from the smallest to the largest 2σ of "
+                                                    "all and their median; gains, traces, NIS.",
+                                                    figure, inflation_words(variant), anchor_words(variant)),
+                                        result));
     eight.panels.push_back(replay_map_panel(
         fmt::format("{}: {}, {}", figure, inflation_words(variant), anchor_words(variant)), result));
   }

@@ -9,6 +9,7 @@
 #include "core/append_item.h"
 #include "core/nan.h"
 #include "core/number_text.h"
+#include "reports/document/shown_unit.h"
 
 namespace credence::internal {
 namespace {
@@ -99,7 +100,7 @@ bool has_bars(const MeanInterval& factor) {
 
 /// Claimed σ and the σ that the errors have, of the bins of one state: the claimed one by the root of the
 /// factor, whose interval the bars are (the RMSE is the mean of another quantity, and may lie outside).
-Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
+Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title, const std::string& unit) {
   FigureData claimed, measured, lower, upper;
   for (const SigmaBin& bin : bins) {
     const bool interval = has_bars(bin.factor);
@@ -109,7 +110,8 @@ Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
     lower.push_back(interval ? scaled(bin.factor.lower) : measured.back());
     upper.push_back(interval ? scaled(bin.factor.upper) : measured.back());
   }
-  Panel panel{.title = title, .x_label = "claimed σ", .y_label = "σ of the errors"};
+  const std::string in_unit = unit_in_brackets(unit);
+  Panel panel{.title = title, .x_label = "claimed σ" + in_unit, .y_label = "σ of the errors" + in_unit};
   panel.log_x = panel.log_y = true;
   constexpr double kRoom = 1.3;  // no point on the frame
   panel.x_range = AxisRange{claimed.front() / kRoom, claimed.back() * kRoom};
@@ -146,7 +148,7 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
   return sentences;
 }
 
-ReportTable sigma_table(const Calibration& c, std::span<const std::string> states) {
+ReportTable sigma_table(const Calibration& c, const RunLayout& layout) {
   using enum ColumnAlign;
   ReportTable table{
       .title = "Errors where the filter claims a small σ, and where it claims a large one",
@@ -163,7 +165,7 @@ ReportTable sigma_table(const Calibration& c, std::span<const std::string> state
                 "is 1; adjusted by Holm over all rows of this table. Units are those of the states."}};
   for (const SigmaBin& bin : c.bins) {
     const bool tested = !std::isnan(bin.p_value);
-    table.add({state_name(states, bin.state),
+    table.add({state_name(layout.states, bin.state) + unit_in_brackets(unit_of_states(layout, {bin.state})),
                fmt::format("{} … {}", number_text(bin.lower, 3), number_text(bin.upper, 3)), bin.claimed,
                bin.rmse, factor_text(bin.factor), tested ? p_value_text(bin.p_value) : "–",
                tested ? p_value_text(bin.adjusted) : "–", bin.rows});
@@ -171,7 +173,7 @@ ReportTable sigma_table(const Calibration& c, std::span<const std::string> state
   return table;
 }
 
-Figure sigma_figure(const std::string& name, const Calibration& c, std::span<const std::string> states) {
+Figure sigma_figure(const std::string& name, const Calibration& c, const RunLayout& layout) {
   constexpr std::size_t kPanels = 6;
   constexpr std::int64_t kFewestRows = 10;  // of fewer the scatter is larger than what is to be seen
   std::vector<SigmaBin> bins;
@@ -187,8 +189,9 @@ Figure sigma_figure(const std::string& name, const Calibration& c, std::span<con
     std::size_t end = i;
     while (end < bins.size() && bins[end].state == bins[i].state) ++end;
     if (end - i > 1)
-      figure.panels.push_back(
-          sigma_panel(std::span(bins).subspan(i, end - i), state_name(states, bins[i].state)));
+      figure.panels.push_back(sigma_panel(std::span(bins).subspan(i, end - i),
+                                          state_name(layout.states, bins[i].state),
+                                          unit_of_states(layout, {bins[i].state})));
     i = end;
   }
   const auto has_interval = [](const SigmaBin& bin) { return has_bars(bin.factor); };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/calibration/calibration.h"
+#include "core/record/run_layout.h"
 #include "reports/document/report_table.h"
 #include "reports/figures/figure.h"
 #include "reports/render/json_numbers.h"
@@ -19,11 +20,10 @@ namespace credence::internal {
 std::vector<std::string> calibration_sentences(const Calibration& calibration);
 
 /// One row for every state and range of its claimed σ.
-ReportTable sigma_table(const Calibration& calibration, std::span<const std::string> states);
+ReportTable sigma_table(const Calibration& calibration, const RunLayout& layout);
 
 /// The claimed σ of every state against its RMSE, without panels where every state has one range alone.
-Figure sigma_figure(const std::string& name, const Calibration& calibration,
-                    std::span<const std::string> states);
+Figure sigma_figure(const std::string& name, const Calibration& calibration, const RunLayout& layout);
 
 /// NEES over n and position errors over the distance travelled; without panels where that is not known.
 Figure distance_figure(const std::string& name, const Calibration& calibration);

@@ -10,9 +10,9 @@
 #include "analysis/evidence/causes/advice.h"
 #include "analysis/evidence/verdicts/judgement_tests.h"
 #include "core/append_item.h"
-#include "core/manifold/angle.h"
 #include "core/nan.h"
 #include "core/number_text.h"
+#include "reports/document/shown_unit.h"
 #include "reports/figures/step_axis.h"
 
 namespace credence::internal {
@@ -434,15 +434,6 @@ std::vector<std::string> advice_sentences(const Judgement& b, Verdict explained)
 
 namespace {
 
-/// Squares as roots, angles in degrees.
-double shown(double squared, std::string_view unit) {
-  return std::sqrt(squared) / (unit == "rad" ? kRadiansPerDegree : 1.0);
-}
-
-std::string shown_unit(std::string_view unit) {
-  return unit.empty() ? "" : unit == "rad" ? " (°)" : fmt::format(" ({})", unit);
-}
-
 /// Whether Jacobians at the truth claim much more than the bound.
 bool is_loose(const BlockAccuracy& row) {
   constexpr double kLoose = 0.8;
@@ -457,7 +448,8 @@ std::string bound_sentence(const Judgement& judgement) {
   std::vector<std::string> parts;
   for (const BlockAccuracy& row : judgement.accuracy) {
     if (std::isnan(row.bound)) continue;
-    const auto root = [&](double squared) { return shown(squared, row.unit); };
+    const ShownUnit unit = shown_unit(row.unit);
+    const auto root = [&](double squared) { return unit.scale * std::sqrt(squared); };
     const MeanInterval& squared = row.squared_error;
     // Where the bound is loose, what Jacobians at the truth claim is what errors should be compared with.
     const std::string yardstick =
@@ -466,7 +458,7 @@ std::string bound_sentence(const Judgement& judgement) {
                       : fmt::format("bound {}", number_text(root(row.bound), 3));
     const std::string claims =
         std::isnan(row.claimed) ? "" : fmt::format(", P claims {}", number_text(root(row.claimed), 3));
-    parts.push_back(fmt::format("{}{} {}{}, {}", row.of, shown_unit(row.unit),
+    parts.push_back(fmt::format("{}{} {}{}, {}", row.of, unit_in_brackets(unit.name),
                                 interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
                                 claims, yardstick));
   }
@@ -486,10 +478,11 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
     table.columns.push_back({"efficiency", words});
   }
   for (const BlockAccuracy& row : judgement.accuracy) {
-    const auto root = [&](double squared) { return shown(squared, row.unit); };
+    const ShownUnit unit = shown_unit(row.unit);
+    const auto root = [&](double squared) { return unit.scale * std::sqrt(squared); };
     const MeanInterval& squared = row.squared_error;
     std::vector<TableCell> cells = {
-        row.of + shown_unit(row.unit),
+        row.of + unit_in_brackets(unit.name),
         interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
         TableCell(root(row.claimed), 3)};
     if (bounded) {

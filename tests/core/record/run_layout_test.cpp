@@ -37,6 +37,15 @@ TEST(NamedBlocks, AVehicleInThePlaneHasAPlaceAHeadingAndAMap) {
   EXPECT_EQ(layout.blocks[1].part, Part::landmark);
   EXPECT_THAT(layout.blocks[4].states, ElementsAre(3, 4));
   EXPECT_EQ(layout.landmark_dim, 2);
+  EXPECT_THAT(layout.units, ElementsAre("m", "m", "rad", "m", "m"));
+}
+
+TEST(NamedBlocks, UnitsThatAreToldStay) {
+  RunLayout layout{.states = {"vehicle", "landmark1"}, .units = {"km", ""}};
+  add_named_blocks(layout);
+  EXPECT_THAT(layout.units, ElementsAre("km", ""));
+  EXPECT_THAT(named({"vehicle", "landmark1", "bias"}).units, ElementsAre("m", "m", ""));
+  EXPECT_THAT(named({"x", "bias"}).units, testing::IsEmpty()) << "not known";
 }
 
 // Whoever judges a pose finds x, y and heading in its block, however the columns stand in the file.
@@ -75,6 +84,24 @@ TEST(NamedBlocks, AsManyAsStandAloneAllDo) {
   std::vector<std::string> states = {"vehicle"};
   for (int i = 1; i <= kSingleLandmarks; ++i) states.push_back(fmt::format("landmark{}", i));
   EXPECT_EQ(std::ssize(named(states).blocks), 1 + kSingleLandmarks + 1);
+}
+
+TEST(UnitOfStates, IsThatOfTheLayoutWhereTheyShareOneAndRadOfAngles) {
+  const RunLayout layout{.states = {"x", "y", "v", "yaw", "pitch", "k"},
+                         .angles = {false, false, false, true, false, false},
+                         .units = {"m", "m", "m/s", "", "rad", ""}};
+  EXPECT_EQ(unit_of_states(layout, {0}), "m");
+  EXPECT_EQ(unit_of_states(layout, {0, 1}), "m");
+  EXPECT_EQ(unit_of_states(layout, {0, 2}), "") << "they differ";
+  EXPECT_EQ(unit_of_states(layout, {3}), "rad") << "by the angles alone";
+  EXPECT_EQ(unit_of_states(layout, {4, 3}), "rad");
+  EXPECT_EQ(unit_of_states(layout, {5}), "") << "not known";
+  EXPECT_EQ(unit_of_states(layout, {0, 5}), "");
+  EXPECT_EQ(unit_of_states(layout, {}), "");
+  EXPECT_EQ(unit_of_states(layout, {6}), "") << "no state";
+  const RunLayout without{.states = {"x", "yaw"}, .angles = {false, true}};
+  EXPECT_EQ(unit_of_states(without, {0}), "");
+  EXPECT_EQ(unit_of_states(without, {1}), "rad");
 }
 
 TEST(NoPose, IsSaidOfAVehicleOfOtherStates) {

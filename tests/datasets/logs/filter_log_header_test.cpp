@@ -29,6 +29,7 @@ TEST(FilterLogHeaderLine, columns_are_found_in_any_order) {
   EXPECT_EQ(h.time, 8);
   EXPECT_THAT(h.layout.states, ElementsAre("x", "b.y"));
   EXPECT_THAT(h.layout.angles, ElementsAre(true, false));
+  EXPECT_THAT(h.layout.units, IsEmpty()) << "no column says them";
   EXPECT_THAT(h.estimate, ElementsAre(3, 6));
   EXPECT_THAT(h.truth, ElementsAre(9, 1)) << "in the order of the estimates";
   EXPECT_THAT(h.P.upper, ElementsAre(5, 10, 0));

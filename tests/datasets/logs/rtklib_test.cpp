@@ -60,6 +60,7 @@ TEST_F(RtklibFiles, ErrorsAreEastNorthUpAndCovariancesComeFromTheirSignedRoots) 
   const RecordedSink::Run& run = sink.runs[0];
   EXPECT_EQ(run.layout.states, (std::vector<std::string>{"fix.east", "fix.north", "fix.up", "single.east",
                                                          "single.north", "single.up"}));
+  EXPECT_EQ(run.layout.units, std::vector<std::string>(6, "m"));
   ASSERT_EQ(run.layout.blocks.size(), 2U);
   ASSERT_EQ(run.steps.size(), 3U);
   EXPECT_EQ(run.steps[0].states, (std::vector<Index>{0, 1, 2}));

@@ -31,6 +31,7 @@ TEST(RunErrors, KeepsTheFirstRunAndHandsEverythingOn) {
   RunLayout layout;
   layout.states = {"x", "heading"};
   layout.angles = {false, true};
+  layout.units = {"m", ""};
   Counting counting;
   RunErrors first;
   FirstRunSink sink(counting, first);
@@ -47,13 +48,15 @@ TEST(RunErrors, KeepsTheFirstRunAndHandsEverythingOn) {
   EXPECT_EQ(first.states[0].sigma, (std::vector<double>{2.0, 3.0}));
   EXPECT_TRUE(std::isnan(first.states[1].error[0])) << "not there yet";
   EXPECT_EQ(first.states[1].sigma[1], 3.0);
-  EXPECT_TRUE(first.states[1].angle);
+  EXPECT_EQ(first.states[0].unit, "m");
+  EXPECT_EQ(first.states[1].unit, "rad") << "an angle";
 }
 
 TEST(RunErrors, LeavesOutStepsThatCannotBeUsed) {
   RunLayout layout;
   layout.states = {"x"};
   RunErrors run(layout);
+  EXPECT_EQ(run.states.at(0).unit, "") << "not known";
   Step bad = step_of(1, {0}, 1.0, 1.0);
   bad.problem = "not symmetric";
   run.add(bad);

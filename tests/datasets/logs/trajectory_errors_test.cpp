@@ -92,6 +92,22 @@ TEST(TrajectoryErrors, TheMotionTurnsTheCovarianceOfTheTruthToo) {
       << "half a turn keeps the diagonal";
 }
 
+// Of half a rotation vector and of a quaternion's vector part an error of 1 turns by about 2 rad.
+TEST(TrajectoryErrors, UnitsAreMetresAndRadiansWhereTheRotationIsInRadians) {
+  const auto units = [](PoseErrorAxes axes, bool has_orientation = true) {
+    Trajectory truth = each_second({{}});
+    truth.has_orientation = has_orientation;
+    return TruthComparison(truth, {}, axes, true).layout().units;
+  };
+  EXPECT_THAT(units({}), ElementsAre("m", "m", "m", "rad", "rad", "rad"));
+  EXPECT_THAT(units({}, false), ElementsAre("m", "m", "m"));
+  EXPECT_THAT(units({.orientation = OrientationError::rpy}), ElementsAre("m", "m", "m", "rad", "rad", "rad"));
+  for (const RotationUnit unit : {RotationUnit::half_vector, RotationUnit::quaternion_part})
+    EXPECT_THAT(units({.unit = unit}), ElementsAre("m", "m", "m", "", "", ""));
+  EXPECT_THAT(units({.orientation = OrientationError::planar}), ElementsAre("m", "m", "rad"));
+  EXPECT_THAT(units({.orientation = OrientationError::planar}, false), ElementsAre("m", "m"));
+}
+
 TEST(TrajectoryErrors, ComparesTheComponentsThatAreKept) {
   const Trajectory truth = each_second({{}});
   const TruthComparison planar(truth, {}, {.orientation = OrientationError::planar}, true);

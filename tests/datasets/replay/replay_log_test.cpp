@@ -64,6 +64,7 @@ TEST(ReplayLog, APositionIsComparedWithoutAHeading) {
   replay.references = {reference(1.0, 2)};
   const auto log = log_of(replay);
   EXPECT_EQ(log.layout.states, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(log.layout.units, (std::vector<std::string>{"m", "m"}));
   ASSERT_EQ(log.layout.blocks.size(), 1U);
   EXPECT_EQ(log.layout.blocks[0].part, Part::position);
   const Step& row = log.steps.front();
@@ -79,6 +80,7 @@ TEST(ReplayLog, ThePoseIsComparedWithItsHeadingWrapped) {
   replay.references = {reference(1.0, 3)};
   const auto log = log_of(replay);
   EXPECT_EQ(log.layout.angles, (std::vector<bool>{false, false, true}));
+  EXPECT_EQ(log.layout.units, (std::vector<std::string>{"m", "m", "rad"}));
   const Step& row = log.steps.front();
   EXPECT_NEAR(row.error[2], 6.0 - 2.0 * std::numbers::pi, 1e-12);
   EXPECT_NEAR(row.P(2, 2), 0.3 + 0.25 * std::numbers::pi * std::numbers::pi, 1e-12);

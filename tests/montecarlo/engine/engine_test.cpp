@@ -1,15 +1,19 @@
 #include "montecarlo/engine/engine.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
-
 #include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <span>
+#include <string>
 #include <thread>
 
 #include "core/stop_point.h"
+#include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -211,6 +215,56 @@ TEST(Engine, AWatchedStudyEndsAtTheSameRunWhenItIsResumed) {
   const StudyResult result = run_studies({&task, 1}, options).front();
   EXPECT_TRUE(result.complete);
   EXPECT_EQ(result.statistics, run(*experiment, 128, 1));
+}
+
+// Such a chunk has a checksum that fits. Runs that all went well do not tell which they are.
+TEST(Engine, AStoredChunkThatIsAnothersIsRefused) {
+  const Scenario scenario = monobot(128);
+  const auto experiment = make_experiment(scenario);
+  StudyTask task{configuration_id(scenario), experiment.get(), 128};
+  task.steps = scenario.study.steps;
+  const TempDirectory directory;
+  const auto said_of = [&](const StudyStatistics& second, const std::string& evidence = "") -> std::string {
+    fs::remove_all(directory.path());
+    ResultStore store = ResultStore::open_to_write(directory.path(), "test");
+    store.put_configuration(task.id, configuration_toml(scenario));
+    store.put_chunk({task.id, 0, 64}, to_bytes(experiment->run_chunk(0, 64)));
+    const auto beside = std::as_bytes(std::span(evidence));
+    if (!evidence.empty()) store.put_companion({task.id, 64, 64}, beside, packed(beside));
+    store.put_chunk({task.id, 64, 64}, to_bytes(second));
+    EngineOptions options;
+    options.store = &store;
+    try {
+      run_studies({&task, 1}, options);
+    } catch (const StoreError& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  const std::string whose = fmt::format("{}/results.sqlite: runs 64 to 127 of configuration {} are damaged (",
+                                        directory.path().string(), task.id);
+  const std::string another = whose + "they are those of another chunk): " + kDamageAdvice;
+  const StudyStatistics right = experiment->run_chunk(64, 64);
+  EXPECT_EQ(said_of(right), "taken");
+  EXPECT_EQ(said_of(experiment->run_chunk(64, 32)), another) << "of fewer runs";
+  StudyStatistics wrong = right;
+  wrong.steps.pop_back();
+  EXPECT_EQ(said_of(wrong), another) << "of fewer steps";
+  for (const std::int64_t run : {63, 64, 127, 128}) {
+    const std::string expected = run == 63 || run == 128 ? another : "taken";
+    wrong = right;
+    wrong.failures.push_back({run, 3, Outcome::diverged});
+    EXPECT_EQ(said_of(wrong), expected) << run;
+    wrong = right;
+    wrong.not_converged.push_back({run, 3});
+    EXPECT_EQ(said_of(wrong), expected) << run;
+  }
+  for (const bool fits : {true, false}) {
+    task.found = [&](std::int64_t, std::int64_t, std::span<const std::byte>) { return fits; };
+    EXPECT_EQ(
+        said_of(right, "evidence"),
+        fits ? "taken" : whose + "the evidence beside them is that of another chunk): " + kDamageAdvice);
+  }
 }
 
 TEST(Engine, AStudyOutOfTimeReportsWhatIsThere) {

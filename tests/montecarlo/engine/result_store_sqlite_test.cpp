@@ -101,6 +101,11 @@ TEST(SqliteDatabase, says_what_to_do_about_damage_in_words_of_its_own) {
   SqliteDatabase(file, DatabaseMode::create).execute("CREATE TABLE t(x)");
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   EXPECT_EQ(refusal(), file.string() + ": is damaged: " + advice);
+  std::filesystem::remove(file);
+  const SqliteDatabase database(file, DatabaseMode::create);
+  database.execute("CREATE TABLE t(x)");
+  EXPECT_EQ(database_refusal([&] { database.integer("SELECT y FROM t"); }),
+            file.string() + ": is damaged (no such column: y): " + advice);
 }
 
 TEST(SqliteDatabase, waits_for_no_pipe_in_place_of_a_file_of_its_own) {

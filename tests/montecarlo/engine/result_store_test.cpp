@@ -15,6 +15,7 @@
 #include <optional>
 #include <random>
 #include <set>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -496,6 +497,45 @@ TEST(ResultStore, FindsDamage) {
       EXPECT_EQ(std::filesystem::file_size(scratch.database("b")), kept) << "left as it was";
     }
   }
+}
+
+// SQLite reads the file, and says that there is "no such column".
+TEST(ResultStore, DamageInTheTextOfTheTablesIsToldInOurWords) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 2); }
+  std::ostringstream whole;
+  whole << std::ifstream(scratch.database("a"), std::ios::binary).rdbuf();
+  const std::string bytes = whole.str();
+  const auto use = [&](bool writing) {
+    ResultStore store = writing ? ResultStore::open_to_write(scratch / "b", kVersion)
+                                : ResultStore::open_to_read(scratch / "b");
+    store.configuration("c1");
+    for (const ChunkKey& key : store.chunks("c1")) store.get_chunk(key);
+    store.get_companion(chunk(0));
+    if (!writing) return;
+    store.set_name("another");
+    store.put_configuration("c2", "text of c2");
+    store.put_companion(chunk(5), payload(5), payload(6));
+    store.put_chunk(chunk(5), payload(5));
+    store.commit();
+  };
+  constexpr std::size_t kPage = 4096;
+  int complaints = 0;
+  for (std::size_t at = bytes.find("CREATE TABLE"); at < kPage; at += 3) {
+    for (const bool writing : {false, true}) {
+      if (writing && at % 10 != 0) continue;
+      std::filesystem::remove_all(scratch / "b");
+      std::filesystem::create_directories(scratch / "b");
+      std::string damaged = bytes;
+      damaged[at] = static_cast<char>(damaged[at] ^ 1);
+      std::ofstream(scratch.database("b"), std::ios::binary) << damaged;
+      const std::string said = said_by([&] { use(writing); });
+      if (said == "nothing") continue;
+      ++complaints;
+      EXPECT_THAT(said, AllOf(HasSubstr("b/results.sqlite: is damaged"), HasSubstr(kDamageAdvice))) << at;
+    }
+  }
+  EXPECT_GT(complaints, 50);
 }
 
 // One byte of the file is changed: the store complains, or what it gives is right.

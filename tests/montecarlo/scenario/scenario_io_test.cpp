@@ -228,6 +228,9 @@ TEST(LoadScenario, FilesThatCannotBeRead) {
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THAT(said(pipe), HasSubstr("is a pipe"));
   EXPECT_THAT(said(""), HasSubstr("no such"));
+  const auto loop = little.directory() / "loop.toml";
+  std::filesystem::create_symlink("loop.toml", loop);
+  EXPECT_EQ(said(loop), loop.string() + ": cannot be read (Too many levels of symbolic links)");
   const ScratchFile full(kLine + std::string((1 << 20) - kLine.size(), '#'));
   EXPECT_EQ(said(full.path()), "accepted") << "1 MiB, to the byte";
   const ScratchFile large(std::string((1 << 20) + 1, '#'));

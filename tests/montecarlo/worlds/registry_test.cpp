@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <set>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "core/stop_point.h"
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/scenario_io.h"
 
 namespace credence::internal {
 namespace {
@@ -54,6 +58,51 @@ TEST(Registry, AScenarioIsLinearOrNot) {
   EXPECT_TRUE(linear_problem(default_scenario("monobot")).has_value());
   EXPECT_FALSE(linear_problem(default_scenario("planar")).has_value());
   EXPECT_TRUE(linear_problem(default_scenario("tracking")).has_value());
+}
+
+// Errors are shown in them: of each world those of its first states, of a map all others are in m.
+TEST(Registry, EveryWorldSaysTheUnitsOfItsStates) {
+  struct Case {
+    std::string world;
+    std::vector<std::string> overrides, units;
+  };
+  const std::string system = "F = [[1]]\nH = [[1]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n";
+  const std::vector<std::string> flat = {"m", "m", "rad"};
+  const std::vector<Case> cases = {{"monobot", {}, {"m"}},
+                                   {"planar", {}, flat},
+                                   {"planar_slam", {}, flat},
+                                   {"localisation", {}, flat},
+                                   {"spatial_slam", {}, {"m", "m", "m", "rad", "rad", "rad"}},
+                                   {"tracking", {}, {"m", "m", "m/s", "m/s"}},
+                                   {"tracking", {"world.dimensions=1"}, {"m", "m/s"}},
+                                   {"tracking", {"world.dimensions=3"}, {"m", "m", "m", "m/s", "m/s", "m/s"}},
+                                   {"tracking", {"world.sensor=range_bearing"}, {"m", "m", "m/s", "m/s"}},
+                                   {"pendulum", {}, {"rad", "rad/s"}},
+                                   {"inertial",
+                                    {},
+                                    {"m", "m", "m", "m/s", "m/s", "m/s", "rad", "rad", "rad", "rad/s",
+                                     "rad/s", "rad/s", "m/s²", "m/s²", "m/s²"}},
+                                   {"linear", {}, {}}};
+  std::set<std::string> told;
+  for (const auto& [world, overrides, units] : cases) {
+    told.insert(world);
+    std::vector<std::string> all = overrides;
+    all.emplace_back("study.steps=20");
+    const std::string text = "[world]\nmodel = \"" + world + "\"\n" + (world == "linear" ? system : "");
+    const RunLayout layout = make_experiment(load_scenario_text(text, "t.toml", all))->layout();
+    const std::size_t states = layout.states.size();
+    std::vector<std::string> expected = units;
+    if (std::ranges::find(layout.blocks, Part::map, &Block::part) != layout.blocks.end()) {
+      ASSERT_GT(states, units.size()) << world;
+      expected.resize(states, "m");
+    }
+    EXPECT_EQ(layout.units, expected) << world;
+    EXPECT_TRUE(layout.units.empty() || layout.units.size() == states) << world;
+    for (std::size_t i = 0; i < layout.units.size(); ++i) {
+      EXPECT_TRUE(!layout.angles.at(i) || layout.units[i] == "rad") << world << ' ' << layout.states[i];
+    }
+  }
+  for (const World* world : worlds()) EXPECT_TRUE(told.contains(std::string(world->schema.name)));
 }
 
 // Ctrl-C is heard within a chunk of runs of every world whose runs are long: those of linear ones, which go

@@ -22,6 +22,7 @@ TEST(SlamLayout, OfAPlaneNamesPoseLandmarksAndMap) {
   EXPECT_THAT(layout.states, ElementsAre("vehicle.x", "vehicle.y", "vehicle.heading", "landmark1.x",
                                          "landmark1.y", "landmark2.x", "landmark2.y"));
   EXPECT_THAT(layout.angles, ElementsAre(false, false, true, false, false, false, false));
+  EXPECT_THAT(layout.units, ElementsAre("m", "m", "rad", "m", "m", "m", "m"));
   EXPECT_THAT(block_named(layout, "pose")->states, ElementsAre(0, 1, 2));
   EXPECT_THAT(block_named(layout, "position")->states, ElementsAre(0, 1));
   EXPECT_THAT(block_named(layout, "heading")->states, ElementsAre(2));
@@ -39,6 +40,7 @@ TEST(SlamLayout, OfALineHasNoAngle) {
   const RunLayout layout = slam_layout({.vehicle = 1, .landmark = 1, .landmarks = 2}, 3, true);
   EXPECT_THAT(layout.states, ElementsAre("vehicle", "landmark1", "landmark2"));
   EXPECT_THAT(layout.angles, ElementsAre(false, false, false));
+  EXPECT_THAT(layout.units, ElementsAre("m", "m", "m"));
   EXPECT_EQ(block_named(layout, "pose"), nullptr);
   EXPECT_EQ(block_named(layout, "vehicle")->part, Part::position);
   EXPECT_FALSE(layout.nonlinear);

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "core/nan.h"
+#include "reports/figures/figure_layout.h"
 
 namespace credence::internal {
 namespace {
@@ -86,6 +87,15 @@ TEST(EstimatorFigures, NoTwoOfManyLookAlike) {
     EXPECT_TRUE(points.emplace(point->role, point->marker).second) << label;
     EXPECT_TRUE(lines.emplace(line->role, line->stroke).second) << label;
   }
+}
+
+TEST(EstimatorFigures, OneLegendIsThatOfAllPanels) {
+  EstimatorStudy study = three_estimators();
+  for (int i = 0; i < 9; ++i) study.rows.push_back(estimator(fmt::format("e{}", i), 2.0));
+  const FigureLayout layout = lay_out(estimator_figures(study).at(0), 900.0);
+  EXPECT_EQ(layout.panels[0].legend.size(), 1U + 11U)
+      << "the line of consistency, and all but the one that failed";
+  for (const std::size_t i : {1U, 2U, 3U}) EXPECT_TRUE(layout.panels[i].legend.empty()) << i;
 }
 
 TEST(EstimatorFigures, AnIntervalThatIsNotKnownIsNoBar) {

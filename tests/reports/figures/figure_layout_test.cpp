@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <utility>
+
 #include "reports/figures/figure_text.h"
 
 namespace credence::internal {
@@ -61,6 +64,46 @@ TEST(FigureLayout, LegendsStandBelowTheirAxesAndAboveTheNextRow) {
     EXPECT_LT(entry.y, layout.panels[1].box.top - 10.0);
     EXPECT_GE(entry.x, 0.0);
   }
+}
+
+TEST(FigureLayout, ALegendThatTellsNothingNewIsLeftOut) {
+  const auto legends_of = [](std::vector<Panel> panels) {
+    const auto rows = static_cast<int>(panels.size());
+    std::vector<std::size_t> entries;
+    for (const PanelLayout& panel : lay_out(grid(rows, 1, std::move(panels)), 600).panels)
+      entries.push_back(panel.legend.size());
+    return entries;
+  };
+  using Entries = std::vector<std::size_t>;
+  const Panel three = panel_with(3, "y");
+  EXPECT_EQ(legends_of({three, three, three}), (Entries{3, 0, 0}));
+  EXPECT_EQ(legends_of({three, panel_with(2, "y"), three}), (Entries{3, 2, 3})) << "the last one counts";
+  EXPECT_EQ(legends_of({three, panel_with(0, "y"), three}), (Entries{3, 0, 0}));
+  const auto changed = [&](const std::function<void(Series&)>& change) {
+    Panel other = three;
+    change(other.series[1]);
+    return legends_of({three, other});
+  };
+  EXPECT_EQ(changed([](Series& s) { s.y = {7, 8}; }), (Entries{3, 0})) << "other numbers";
+  EXPECT_EQ(changed([](Series& s) { s.label = "another"; }), (Entries{3, 3}));
+  EXPECT_EQ(changed([](Series& s) { s.role = ColourRole::alarm; }), (Entries{3, 3}));
+  EXPECT_EQ(changed([](Series& s) { s.stroke = StrokeStyle::dotted; }), (Entries{3, 3}));
+  EXPECT_EQ(changed([](Series& s) { s.kind = SeriesKind::points; }), (Entries{3, 3}));
+  EXPECT_EQ(changed([](Series& s) { s.kind = SeriesKind::steps; }), (Entries{3, 0})) << "a line, too";
+}
+
+TEST(FigureLayout, MarkersOnLinesTellWhatLinesAre) {
+  Panel lines = panel_with(2, "y"), bars = lines;
+  for (Series& series : bars.series) {
+    series.kind = SeriesKind::error_bars;
+    series.lower = series.upper = series.y;
+  }
+  const FigureLayout once = lay_out(grid(1, 2, {bars, lines}), 900);
+  EXPECT_EQ(once.panels[0].legend.size(), 2U);
+  EXPECT_TRUE(once.panels[1].legend.empty());
+  const FigureLayout twice = lay_out(grid(1, 2, {lines, bars}), 900);
+  EXPECT_EQ(twice.panels[0].legend.size(), 2U);
+  EXPECT_EQ(twice.panels[1].legend.size(), 2U) << "lines do not tell the markers";
 }
 
 TEST(FigureLayout, LegendEntriesDoNotOverlap) {

@@ -73,10 +73,8 @@ RunErrors errors_of(std::size_t states) {
   RunErrors run;
   run.step = {1.0, 2.0, 3.0};
   for (std::size_t i = 0; i < states; ++i) {
-    run.states.push_back({.name = "x" + std::to_string(i),
-                          .angle = false,
-                          .error = {0.5, -0.25, 1.0},
-                          .sigma = {0.25, 0.5, 0.75}});
+    run.states.push_back(
+        {.name = "x" + std::to_string(i), .error = {0.5, -0.25, 1.0}, .sigma = {0.25, 0.5, 0.75}});
   }
   return run;
 }
@@ -84,7 +82,7 @@ RunErrors errors_of(std::size_t states) {
 TEST(LogFigures, ErrorsHaveTwoSigmaAboutThemAndAnglesAreInDegrees) {
   CheckedLogs logs;
   logs.first_run = errors_of(2);
-  logs.first_run.states[1].angle = true;
+  logs.first_run.states[1].unit = "rad";
   const Figure figure = log_figure(logs, "errors");
   EXPECT_NO_THROW(validate(figure));
   ASSERT_EQ(figure.panels.size(), 2U);
@@ -104,7 +102,8 @@ TEST(LogFigures, WithTimesTheyAreOverTimeAndPositionsAreInMetres) {
   logs.first_run = errors_of(2);
   RunLayout& layout = logs.analysis.evidence.layout;
   layout.states = {"x0", "x1"};
-  layout.blocks = {{"position", Part::position, {1}}};
+  layout.blocks = {{"position", Part::position, {0}}};
+  logs.first_run.states[1].unit = "m";
   const auto times = std::make_shared<StepTimes>();
   for (int k = 1; k <= 3; ++k) times->add(k, 0.5 * k);
   ConsistencyVerdict& nees = logs.analysis.judgement.nees;
@@ -114,7 +113,7 @@ TEST(LogFigures, WithTimesTheyAreOverTimeAndPositionsAreInMetres) {
   const Figure errors = log_figure(logs, "errors"), consistency = log_figure(logs, "consistency");
   EXPECT_EQ(errors.panels.at(0).x_label.text, "time (s)");
   EXPECT_THAT(errors.panels[0].series.at(2).x, ElementsAre(0.5, 1.0, 1.5));
-  EXPECT_EQ(errors.panels[0].y_label.text, "error");
+  EXPECT_EQ(errors.panels[0].y_label.text, "error") << "a position of no known unit";
   EXPECT_EQ(errors.panels.at(1).y_label.text, "error (m)");
   EXPECT_EQ(consistency.panels.at(0).x_label.text, "time (s)");
   EXPECT_THAT(consistency.panels[0].series.back().x, ElementsAre(0.5, 1.0, 1.5));

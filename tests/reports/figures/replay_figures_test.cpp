@@ -91,9 +91,38 @@ TEST(ReplayFigures, LandmarksAreNumberedFromOneAndJudgedByTheirOwnSurvey) {
   EXPECT_THAT(series_named(x, "2").x, ElementsAre(2.0));
   EXPECT_THAT(series_named(x, "2").y, ElementsAre(0.5));
   EXPECT_THAT(series_named(panel_named(figure, "Landmark errors in y"), "2").y, ElementsAre(-0.25));
-  EXPECT_THAT(x.series.at(0).y, ElementsAre(-1.0)) << "2 σ below";
-  EXPECT_THAT(x.series.at(1).y, ElementsAre(1.0));
-  EXPECT_EQ(x.series.size(), 3U) << "what the survey does not know has no error";
+  EXPECT_EQ(x.series.size(), 4U + 1U) << "what the survey does not know has no error";
+}
+
+TEST(ReplayFigures, TheBoundsOfManyLandmarksAreABandAndTheirMedian) {
+  ReplayResult r = short_replay();
+  const auto landmark = [](int number, double x, double sigma) {
+    ReplayLandmark l;
+    l.landmark = number;
+    l.position = Point(x, 0.0);
+    l.covariance = sigma * sigma * Eigen::Matrix2d::Identity();
+    return l;
+  };
+  r.survey_m.assign(4, Point(0.0, 0.0));
+  r.steps[0].landmarks = {landmark(2, 0.0, 0.5), landmark(0, 0.5, 0.25), landmark(-1, 0.0, 9.0)};
+  r.steps[1].landmarks = {landmark(2, 0.75, 0.25), landmark(0, 1.0, 1.0), landmark(3, 0.0, 0.5)};
+  const Panel x = panel_named(replay_run_figure("r", "c", r), "Landmark errors in x");
+  const Series& band = series_named(x, "±2σ, smallest to largest");
+  EXPECT_EQ(band.kind, SeriesKind::band);
+  EXPECT_THAT(band.x, ElementsAre(1.0, 2.0));
+  EXPECT_THAT(band.lower, ElementsAre(0.5, 0.5));
+  EXPECT_THAT(band.upper, ElementsAre(1.0, 2.0));
+  EXPECT_THAT(x.series.at(1).lower, ElementsAre(-1.0, -2.0));
+  EXPECT_THAT(x.series.at(1).upper, ElementsAre(-0.5, -0.5));
+  EXPECT_THAT(series_named(x, "±2σ, median").y, ElementsAre(-0.75, -1.0));
+  EXPECT_THAT(x.series.at(3).y, ElementsAre(0.75, 1.0));
+  // The errors of three landmarks, of which one is beyond its own 2σ at the second step.
+  ASSERT_EQ(x.series.size(), 4U + 3U + 1U);
+  EXPECT_EQ(x.series.at(5).label.text, "3");
+  EXPECT_THAT(x.series.at(5).y, ElementsAre(0.0, 0.75));
+  EXPECT_THAT(x.series.at(6).y, ElementsAre(testing::IsNan(), 0.75));
+  EXPECT_GT(x.series.at(6).weight, x.series.at(5).weight);
+  EXPECT_EQ(x.series.at(6).role, x.series.at(5).role);
 }
 
 TEST(ReplayFigures, GainsAndTracesAreThoseOfTheSteps) {

@@ -293,17 +293,39 @@ TEST(StudyFigures, MeansFarBelowTheirBoundsAreNoLineOnZero) {
   EXPECT_FALSE(verdict_panel("NIS", "mean NIS", verdict_over_steps({0.002, 2.0, 3.0}, {2.0}), {}).log_y);
 }
 
-TEST(StudyFigures, ErrorsHaveTheUnitOfTheirBlock) {
-  RunLayout layout;
-  layout.states = {"x", "y", "roll", "yaw", "speed"};
-  layout.blocks = {
-      {"place", Part::position, {0, 1}}, {"attitude", Part::heading, {2}}, {"rest", Part::other, {3, 4}}};
-  EXPECT_STREQ(error_unit(layout, "y", false).label, "error (m)");
-  EXPECT_STREQ(error_unit(layout, "roll", false).label, "error (°)");
-  EXPECT_NEAR(error_unit(layout, "roll", false).scale, 180.0 / std::numbers::pi, 1e-12);
-  EXPECT_STREQ(error_unit(layout, "yaw", true).label, "error (°)");
-  EXPECT_STREQ(error_unit(layout, "speed", false).label, "error");
-  EXPECT_EQ(error_unit(layout, "speed", false).scale, 1.0);
+TEST(StudyFigures, ErrorsHaveTheUnitOfTheirState) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  EXPECT_EQ(error_unit("m").label, "error (m)");
+  EXPECT_EQ(error_unit("m").scale, 1.0);
+  EXPECT_EQ(error_unit("m/s").label, "error (m/s)");
+  EXPECT_EQ(error_unit("m/s").scale, 1.0);
+  EXPECT_EQ(error_unit("rad").label, "error (°)");
+  EXPECT_NEAR(error_unit("rad").scale, kDegrees, 1e-12);
+  EXPECT_EQ(error_unit("rad/s").label, "error (°/s)");
+  EXPECT_NEAR(error_unit("rad/s").scale, kDegrees, 1e-12);
+  EXPECT_EQ(error_unit("").label, "error") << "not known";
+  EXPECT_EQ(error_unit("").scale, 1.0);
+}
+
+// The layout says them, whatever the parts of the blocks are.
+TEST(StudyFigures, AxesOfErrorsHaveTheUnitsOfTheLayout) {
+  const auto labels = [](const Figure& figure) {
+    std::vector<std::string> all;
+    for (const Panel& panel : figure.panels) all.push_back(panel.y_label.text);
+    return all;
+  };
+  EXPECT_THAT(labels(states_run_figure("t", run_of(short_study("tracking")))),
+              ElementsAre("error (m)", "error (m)", "error (m/s)", "error (m/s)"));
+  const RunTrace swing = run_of(short_study("pendulum"));
+  const Figure figure = states_run_figure("p", swing);
+  EXPECT_THAT(labels(figure), ElementsAre("error (°)", "error (°/s)"));
+  EXPECT_NEAR(figure.panels[1].series.at(2).y.at(5), 180.0 / std::numbers::pi * swing.steps.at(5).error[1],
+              1e-12);
+  RunTrace unknown = run_of_blocks(1);
+  unknown.layout.blocks[0].part = Part::position;
+  EXPECT_THAT(labels(states_run_figure("u", unknown)), ElementsAre("error", "error"));
+  unknown.layout.units = {"", "ft"};
+  EXPECT_THAT(labels(states_run_figure("u", unknown)), ElementsAre("error", "error (ft)"));
 }
 
 TEST(StudyFigures, ATraceThatWouldSumSeveralUnitsIsNotDrawn) {

@@ -72,6 +72,22 @@ TEST(EvidenceBytes, ThatAreNotOursAreRefused) {
   EXPECT_THROW(evidence_from_bytes(bytes, experiment->layout()), std::runtime_error);
 }
 
+// 21 was without the units of the states.
+TEST(EvidenceBytes, UnitsAreKeptAndThoseOfAVersionWithoutThemAreRefused) {
+  const auto experiment = make_experiment(small_study("tracking", {}));
+  const Evidence evidence = evidence_of(*experiment);
+  std::vector<std::byte> bytes = to_bytes(evidence);
+  EXPECT_EQ(evidence_from_bytes(bytes, experiment->layout()).layout.units,
+            (std::vector<std::string>{"m", "m", "m/s", "m/s"}));
+  Evidence in_feet = evidence;
+  in_feet.layout.units[0] = "ft";
+  EXPECT_THROW(evidence_from_bytes(to_bytes(in_feet), experiment->layout()), std::runtime_error);
+  EXPECT_EQ(evidence_from_bytes(to_bytes(in_feet), in_feet.layout).layout.units[0], "ft");
+  ASSERT_EQ(bytes[0], std::byte{22});
+  bytes[0] = std::byte{21};
+  EXPECT_THROW(evidence_from_bytes(bytes, experiment->layout()), std::runtime_error);
+}
+
 // They would be added to those of another size.
 TEST(EvidenceBytes, SumsOfAnotherSizeThanTheStateAreRefused) {
   const auto experiment = make_experiment(small_studies()[0]);
@@ -164,6 +180,16 @@ TEST(EvidenceCollector, KeepsEvidenceInTheStoreAndTakesItFromThere) {
   }
 }
 
+// The chunk is refused by whoever reads it.
+TEST(EvidenceCollector, DoesNotTakeWhatIsOfOtherRuns) {
+  const auto experiment = make_experiment(small_studies()[0]);
+  EvidenceCollector collector(*experiment, 100);
+  const std::vector<std::byte> of_ten = to_bytes(evidence_of(*experiment));
+  EXPECT_TRUE(collector.take_stored(0, 10, of_ten));
+  EXPECT_FALSE(collector.take_stored(0, kChunkRuns, of_ten));
+  EXPECT_EQ(collector.first_runs(), 0);
+}
+
 // What is stored by a version to come is played again.
 TEST(EvidenceCollector, PlaysWhatItCannotRead) {
   const auto inner = make_experiment(small_studies()[0]);
@@ -171,7 +197,7 @@ TEST(EvidenceCollector, PlaysWhatItCannotRead) {
   EvidenceCollector collector(experiment, 10);
   std::vector<std::byte> bytes = to_bytes(evidence_of(*inner));
   bytes[0] ^= std::byte{2};
-  collector.take_stored(0, 10, bytes);
+  EXPECT_TRUE(collector.take_stored(0, 10, bytes)) << "it may be of these runs";
   EXPECT_EQ(to_bytes(collector.take(10).value()), to_bytes(evidence_of(*inner)));
   EXPECT_EQ(experiment.shown, 1);
 }

@@ -15,9 +15,10 @@ namespace credence::internal {
 namespace {
 
 // Two runs of two steps: errors 3, 4 m and 1, 2 m in the position, 0.1 rad in the angle.
-Evidence two_runs() {
+Evidence two_runs(const std::vector<std::string>& units = {}) {
   RunLayout layout{.states = {"position.x", "position.y", "tilt.a", "odd.a", "odd.m", "known.k"},
-                   .angles = {false, false, true, true, false, false}};
+                   .angles = {false, false, true, true, false, false},
+                   .units = units};
   add_named_blocks(layout);
   layout.blocks.front().part = Part::position;
   EvidenceRecorder recorder(layout);
@@ -39,7 +40,7 @@ Evidence two_runs() {
 }
 
 TEST(BlockAccuracy, IsTheMeanOverStepsAndRunsBesideP) {
-  const std::vector<BlockAccuracy> all = block_accuracy(two_runs(), 0.95);
+  const std::vector<BlockAccuracy> all = block_accuracy(two_runs({"m", "m", "rad", "rad", "m", "m"}), 0.95);
   ASSERT_EQ(all.size(), 2U);  // what mixes angles with others has no unit, what is known exactly no accuracy
   EXPECT_EQ(all[0].of, "position");
   EXPECT_EQ(all[0].unit, "m");
@@ -50,6 +51,20 @@ TEST(BlockAccuracy, IsTheMeanOverStepsAndRunsBesideP) {
   EXPECT_NEAR(all[1].squared_error.mean, 0.01, 1e-15);
   EXPECT_TRUE(std::isnan(all[0].bound));
   EXPECT_EQ(all[0].efficiency().count, 0);
+}
+
+TEST(BlockAccuracy, HasTheUnitOfItsStatesInTheLayout) {
+  const auto units = [](std::vector<std::string> of_states) {
+    std::vector<std::string> of_blocks;
+    for (const BlockAccuracy& row : block_accuracy(two_runs(std::move(of_states)), 0.95)) {
+      of_blocks.push_back(row.unit);
+    }
+    return of_blocks;
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(units({}), ElementsAre("", "rad")) << "of angles it is known";
+  EXPECT_THAT(units({"km", "km", "rad", "rad", "m", "s"}), ElementsAre("km", "rad"));
+  EXPECT_THAT(units({"km", "m", "", "", "", ""}), ElementsAre("", "rad")) << "they differ";
 }
 
 TEST(BlockAccuracy, SetsTheBoundBesideIt) {
@@ -68,7 +83,7 @@ TEST(BlockAccuracy, SetsTheBoundBesideIt) {
 }
 
 TEST(BlockAccuracy, OfAMapIsComparedAtTheLastStep) {
-  std::vector<BlockAccuracy> all = {{.of = "all landmarks", .unit = "m"}, {.of = "other"}};
+  std::vector<BlockAccuracy> all = {{.of = "all landmarks", .unit = "km"}, {.of = "other"}};
   PosteriorBound bound;
   bound.blocks = {{.block = "all landmarks", .bound = {kNaN, 2.0}, .at_truth = {kNaN, 3.0}}};
   StudyStatistics statistics;
@@ -78,6 +93,7 @@ TEST(BlockAccuracy, OfAMapIsComparedAtTheLastStep) {
   add_bound(bound, statistics, 0.95, all);
   ASSERT_EQ(all.size(), 3U);
   EXPECT_EQ(all[1].of, "all landmarks, last step");
+  EXPECT_EQ(all[1].unit, "km");
   EXPECT_EQ(all[1].squared_error.mean, 8.0);
   EXPECT_EQ(all[1].claimed, 4.0);
   EXPECT_EQ(all[1].bound, 2.0);

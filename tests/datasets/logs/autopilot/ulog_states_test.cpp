@@ -78,6 +78,7 @@ TEST(UlogStates, StatesOfASimulatedFlightAreJudgedAgainstItsTruth) {
     const RecordedSink sink = read_states(simulated(error_state).bytes(), options);
     ASSERT_EQ(sink.runs.size(), 1U);
     EXPECT_EQ(sink.runs[0].layout.states.size(), 6U);
+    EXPECT_EQ(sink.runs[0].layout.units, (std::vector<std::string>{"m/s", "m/s", "m/s", "m", "m", "m"}));
     EXPECT_FALSE(sink.runs[0].layout.joint_covariance);
     ASSERT_EQ(sink.runs[0].steps.size(), 29U);  // the last has no truth behind it
     EXPECT_EQ(sink.unmatched_rows, 1);
@@ -114,6 +115,7 @@ TEST(UlogStates, WhatHasNoOriginIsNotJudgedAndSaysSo) {
   ASSERT_EQ(nowhere.runs.size(), 1U);
   EXPECT_EQ(nowhere.runs[0].layout.states,
             (std::vector<std::string>{"velocity.north", "velocity.east", "velocity.down"}));
+  EXPECT_EQ(nowhere.runs[0].layout.units, std::vector<std::string>(3, "m/s"));
   EXPECT_EQ(nowhere.runs[0].steps.at(3).P.diagonal(), Vector(Eigen::Vector3d(4, 5, 6)));
   EXPECT_LT((nowhere.runs[0].steps[3].error - Eigen::Vector3d(0.5, 0.0, 0.0)).norm(), 1e-6);
   EXPECT_THAT(nowhere.said(), HasSubstr("Positions are not judged: the log does not hold the origins"));

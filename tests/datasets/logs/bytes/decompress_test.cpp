@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <zlib.h>
+#include <zstd.h>
+
+#include <memory>
 
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/ros/ros_writers.h"
@@ -52,6 +55,30 @@ TEST(Decompress, AFalseSizeCostsNoMemory) {
   EXPECT_LT(out.capacity(), std::size_t{1} << 20);
   EXPECT_THAT([&] { decompress(Compression::lz4, cursor(packed), (std::uint64_t{1} << 30) + 1, out); },
               ThrowsMessage<DataError>(HasSubstr("at most 1 GiB")));
+}
+
+/// As `zstd --long=LOG` packs what comes in a pipe: how long it is, it does not know.
+std::string packed_with_window(const std::string& bytes, int log) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_enableLongDistanceMatching, 1);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, log);
+  std::string out(ZSTD_compressBound(bytes.size()), '\0');
+  ZSTD_inBuffer from{bytes.data(), bytes.size(), 0};
+  ZSTD_outBuffer to{out.data(), out.size(), 0};
+  ZSTD_compressStream2(context.get(), &to, &from, ZSTD_e_continue);
+  EXPECT_EQ(ZSTD_compressStream2(context.get(), &to, &from, ZSTD_e_end), 0U);
+  return out.substr(0, to.pos);
+}
+
+TEST(Decompress, AWindowOfZstdIsAsWideAsZstdItselfReads) {
+  std::vector<std::uint8_t> out;
+  const std::string widest = packed_with_window(text(), 27);
+  decompress(Compression::zstd, cursor(widest), text().size(), out);
+  EXPECT_EQ(std::string(out.begin(), out.end()), text());
+  const std::string wider = packed_with_window(text(), 28);
+  EXPECT_THAT([&] { decompress(Compression::zstd, cursor(wider), text().size(), out); },
+              ThrowsMessage<DataError>("log.bin:byte 0: zstd with a window of more than 128 MiB: `mcap "
+                                       "decompress` makes a copy that is not packed"));
 }
 
 TEST(Decompress, AZlibStreamNeedsNoSize) {

@@ -112,6 +112,19 @@ TEST_F(Ros2Sqlite, what_is_no_bag_says_what_a_bag_has) {
   expect_error(has);
 }
 
+TEST_F(Ros2Sqlite, damage_is_told_with_what_saves_the_rest) {
+  const std::string damaged = "log.db3: is damaged: what can still be read of it is saved by `sqlite3 OLD";
+  write(std::string(kBagTables) + "INSERT INTO topics VALUES (1, '/t', '', 'cdr', '');");
+  std::string bytes = folder_.read("log.db3");
+  bytes[bytes.find("CREATE TABLE")] ^= 1;  // a schema that is malformed
+  folder_.write("log.db3", bytes);
+  expect_error(damaged);
+  folder_.write("log.db3", bytes.substr(0, bytes.size() / 2));
+  expect_error(damaged);
+  folder_.write("log.db3", std::string("SQLite format 3\0", 16) + "and nothing that fits");
+  expect_error(damaged);
+}
+
 TEST_F(Ros2Sqlite, the_file_is_not_changed) {
   write(std::string(kBagTables) + "INSERT INTO topics VALUES (1, '/t', '', 'cdr', '');");
   const std::string before = folder_.read("log.db3");

@@ -547,7 +547,7 @@ TEST(RosLog, CorruptedContainersAreToldWithTheByte) {
   corrupted[packed.size() - 200] ^= 0x55;
   fails_with(ros1_bag_format(), corrupted, ": bz2 ");
   fails_with(ros1_bag_format(), packed.substr(0, packed.size() - 1), "a record of");
-  fails_with(ros2_sqlite_format(), "SQLite format 3", "file is not a database");
+  fails_with(ros2_sqlite_format(), "SQLite format 3", "is damaged: what can still be read");
 }
 
 TEST(RosLog, WhatComesBeforeACutIsReadIfAskedFor) {

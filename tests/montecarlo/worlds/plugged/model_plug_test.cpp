@@ -80,6 +80,10 @@ TEST(FunctionModel, NamesWhatDoesNotFit) {
        },
        "states has 2 entries: expected 3"},
       {[](FunctionModel& m) {
+         m.units = {"m", "rad"};
+       },
+       "units has 2 entries: expected 3"},
+      {[](FunctionModel& m) {
          m.measured_angles = {true, false, true};
        },
        "measured_angles has 3 entries: expected 2"},
@@ -99,7 +103,10 @@ TEST(FunctionModel, StatesWithoutNamesAreNumbered) {
   EXPECT_EQ(FunctionWorld(model).layout().states, (std::vector<std::string>{"x1", "x2", "x3"}));
   model.states = {"pose.x", "pose.heading:angle", "speed"};
   model.measured_angles = {false, true};
+  EXPECT_TRUE(FunctionWorld(model).layout().units.empty());
+  model.units = {"m", "rad", "m/s"};
   const RunLayout layout = FunctionWorld(model).layout();
+  EXPECT_EQ(layout.units, (std::vector<std::string>{"m", "rad", "m/s"}));
   EXPECT_EQ(layout.angles, (std::vector<bool>{false, true, false}));
   EXPECT_EQ(layout.sensors.front().angles, (std::vector<bool>{false, true}));
   EXPECT_EQ(layout.sensors.front().dim, 2);

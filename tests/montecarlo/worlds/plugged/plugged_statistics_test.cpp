@@ -67,6 +67,27 @@ TEST(CompletedLayout, GuessesWhatAWorldLeavesOutAndRefusesWhatDoesNotFit) {
   EXPECT_THROW(completed({.states = {"a"}, .blocks = {{"a", Part::other, {1}}}}), std::invalid_argument);
 }
 
+TEST(CompletedLayout, KeepsTheUnitsThatAWorldTellsAndRefusesThoseThatDoNotFit) {
+  const RunLayout layout = completed({.states = {"x", "v", "yaw:angle"}, .units = {"m", "m/s", "rad"}});
+  EXPECT_THAT(layout.units, ElementsAre("m", "m/s", "rad"));
+  EXPECT_TRUE(completed({.states = {"x", "v"}}).units.empty()) << "not known";
+  EXPECT_THAT(completed({.states = {"x", "yaw:angle"}, .units = {"m", ""}}).units, ElementsAre("m", ""));
+  const auto said = [](RunLayout told) -> std::string {
+    try {
+      completed(std::move(told));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(said({.states = {"x", "v"}, .units = {"m"}}),
+            "layout(): 1 units for 2 states; accepted is one for each, or none");
+  EXPECT_EQ(said({.states = {"x"}, .units = {"m", "m/s"}}),
+            "layout(): 2 units for 1 states; accepted is one for each, or none");
+  EXPECT_EQ(said({.states = {"x", "yaw:angle"}, .units = {"m", "deg"}}),
+            "layout(): state 'yaw' is an angle, in 'deg'; an angle is in rad");
+}
+
 TEST(ModelLayout, ReadsAnglesBlocksAndSensorsFromNames) {
   const RunLayout layout = model_layout({"vehicle.x", "vehicle.y", "vehicle.heading:angle", "bias"},
                                         {{"radar", 2}, {"compass", 1}});

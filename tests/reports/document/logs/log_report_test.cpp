@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "analysis/evidence/sums/evidence_recorder.h"
 #include "reports/document/logs/log_json.h"
 #include "reports/document/logs/log_table.h"
 #include "tests/reports/document/parts_of.h"
@@ -106,6 +108,36 @@ TEST(LogReport, BesideAMistakeOfTheLogErrorsTellNoCauseAndNoFactor) {
   judgement.causes = {found(Cause::bias)};
   drop_explained_causes(judgement);
   EXPECT_EQ(judgement.causes.size(), 1U) << "innovations may have told it";
+}
+
+// As of an error that a simulation drew once, or of a bias: mean NEES may even be right.
+TEST(LogReport, ErrorsOfOneSizeAreSaidToBeNoSample) {
+  const auto judged = [](int runs, std::int64_t rows, double change) {
+    EvidenceRecorder sums;
+    RunLayout layout{.states = {"x", "y"}, .angles = {false, false}};
+    add_named_blocks(layout);
+    sums.begin_file("one_size.csv", layout);
+    for (int run = 0; run < runs; ++run) {
+      sums.begin_run();
+      for (std::int64_t k = 1; k <= rows; ++k) {
+        const double turn = 0.1 * static_cast<double>(k), size = run + 1 == runs && k == rows ? change : 1.0;
+        sums.add(Step{.step = k,
+                      .states = {0, 1},
+                      .error = size * Eigen::Vector2d(std::cos(turn), std::sin(turn)),
+                      .P = 0.8 * Matrix::Identity(2, 2)});
+      }
+      sums.end_run(Outcome::ok, rows);
+    }
+    CheckedLogs logs;
+    judge_collected(sums.take(), {}, {}, {}, logs);
+    return logs;
+  };
+  EXPECT_THAT(judged(2, 10, 1.0).advice(),
+              Contains("Every NEES is 1.250: errors of one size are no sample of a covariance; was one error "
+                       "drawn for all 20 rows, or are they a bias without noise?"));
+  EXPECT_TRUE(judged(2, 10, 1.0).analysis.judgement.causes.empty());
+  for (const CheckedLogs& others : {judged(1, 19, 1.0), judged(2, 10, 1.0 + 1e-10), judged(2, 10, 0.0)})
+    EXPECT_THAT(others.advice(), Not(Contains(HasSubstr("one size"))));
 }
 
 TEST(LogReport, EveryBlockHasARowAndTheTerminalOne) {

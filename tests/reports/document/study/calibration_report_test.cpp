@@ -95,12 +95,36 @@ TEST(SigmaTable, AStateWithoutANameHasItsNumberAndAnUntestedBinNoPValue) {
   calibration.bins = {{.state = 0, .lower = 1.0, .upper = 2.0, .claimed = 1.5, .rmse = 3.0, .rows = 7},
                       {.state = 4, .lower = 1.0, .upper = 2.0, .claimed = 1.5, .rmse = 3.0, .rows = 7}};
   for (SigmaBin& bin : calibration.bins) bin.p_value = bin.adjusted = kNaN;
-  const std::vector<std::string> names = {"x"};
-  const ReportTable table = sigma_table(calibration, names);
+  const ReportTable table = sigma_table(calibration, {.states = {"x"}});
   EXPECT_EQ(table.rows.at(0)[0].text, "x");
   EXPECT_EQ(table.rows.at(1)[0].text, "x5");
   EXPECT_EQ(table.rows.at(1)[5].text, "–");
   EXPECT_EQ(table.rows.at(1)[6].text, "–");
+}
+
+TEST(SigmaTable, AStateHasTheUnitThatTheLayoutGivesIt) {
+  Calibration calibration;
+  for (Index state = 0; state < 3; ++state)
+    calibration.bins.push_back({.state = state, .claimed = 1.5, .rmse = 3.0, .rows = 7});
+  const ReportTable table = sigma_table(
+      calibration, {.states = {"v", "yaw", "k"}, .angles = {false, true, false}, .units = {"m/s", "", ""}});
+  EXPECT_EQ(table.rows.at(0)[0].text, "v (m/s)");
+  EXPECT_EQ(table.rows.at(1)[0].text, "yaw (rad)") << "numbers of this table are as in the log";
+  EXPECT_EQ(table.rows.at(2)[0].text, "k");
+}
+
+TEST(SigmaFigure, AxesHaveTheUnitOfTheState) {
+  Calibration calibration;
+  for (const Index state : {Index{0}, Index{0}, Index{1}, Index{1}}) {
+    const double claimed = static_cast<double>(calibration.bins.size() + 1);
+    calibration.bins.push_back({.state = state, .claimed = claimed, .rmse = claimed, .rows = 70});
+  }
+  const Figure figure = sigma_figure("log", calibration, {.states = {"v", "k"}, .units = {"m/s", ""}});
+  ASSERT_EQ(figure.panels.size(), 2U);
+  EXPECT_EQ(figure.panels[0].x_label.text, "claimed σ (m/s)");
+  EXPECT_EQ(figure.panels[0].y_label.text, "σ of the errors (m/s)");
+  EXPECT_EQ(figure.panels[1].x_label.text, "claimed σ");
+  EXPECT_EQ(figure.panels[1].y_label.text, "σ of the errors");
 }
 
 // Numbers of a log with measurements that came late, whose RMSE 0.271 was outside its bar.
@@ -116,7 +140,7 @@ TEST(SigmaFigure, APointIsOfTheQuantityThatItsBarIsOf) {
                        .rmse = 0.5,
                        .rows = 70,
                        .factor = {.mean = kNaN, .lower = kNaN, .upper = kNaN}}};
-  const Figure figure = sigma_figure("log", calibration, std::vector<std::string>{"x"});
+  const Figure figure = sigma_figure("log", calibration, {.states = {"x"}});
   const Series& measured = figure.panels.at(0).series.at(1);
   EXPECT_NEAR(measured.y[0], 0.25, 1e-12) << "0.2 √1.5625";
   EXPECT_NEAR(measured.lower[0], 0.228, 1e-12);
@@ -130,7 +154,7 @@ TEST(SigmaFigure, ARangeOfFewRowsIsNoPoint) {
     const double claimed = static_cast<double>(calibration.bins.size() + 1);
     calibration.bins.push_back({.claimed = claimed, .rmse = claimed, .rows = rows});
   }
-  const Figure figure = sigma_figure("log", calibration, std::vector<std::string>{"x"});
+  const Figure figure = sigma_figure("log", calibration, {.states = {"x"}});
   EXPECT_EQ(figure.panels.at(0).series.at(1).x.size(), 2U);
   EXPECT_THAT(figure.caption, testing::HasSubstr("Ranges of fewer than 10 rows are left out."));
 }

@@ -354,6 +354,32 @@ TEST(AccuracyTable, AnglesAreInDegreesAndEfficiencyIsOfSquares) {
       << "√1.3";
 }
 
+TEST(AccuracyTable, HasTheUnitOfTheLayout) {
+  Judgement judgement = without_law();
+  judgement.accuracy = {{.of = "position", .unit = "m"},
+                        {.of = "place", .unit = "km"},
+                        {.of = "velocity", .unit = "m/s"},
+                        {.of = "gyro_bias", .unit = "rad/s"},
+                        {.of = "mixed"}};
+  const double degree = std::numbers::pi / 180.0;
+  for (BlockAccuracy& row : judgement.accuracy) {
+    const double scale = row.of == "gyro_bias" ? degree : 1.0;
+    row.squared_error = {
+        .mean = 4.0 * scale * scale, .lower = scale * scale, .upper = 9.0 * scale * scale, .count = 20};
+    row.claimed = row.bound = row.at_truth = 25.0 * scale * scale;
+  }
+  const ReportTable table = accuracy_table(judgement);
+  std::vector<std::string> names;
+  for (const auto& row : table.rows) {
+    names.push_back(row.at(0).text);
+    EXPECT_EQ(row.at(1).text, "2.00 (1.00 … 3.00)") << names.back();
+    EXPECT_EQ(row.at(2).text, "5.00") << names.back();
+  }
+  EXPECT_THAT(names, ElementsAre("position (m)", "place (km)", "velocity (m/s)", "gyro_bias (°/s)", "mixed"));
+  EXPECT_THAT(statistics_sentences(judgement),
+              Contains(HasSubstr("velocity (m/s) 2.00 (1.00 … 3.00), P claims 5.00, bound 5.00")));
+}
+
 TEST(EvidenceFigure, TheBarsOfTheHistogramHaveTheDensityOfWhatWasCounted) {
   Judgement judgement;
   SensorJudgement& sensor = judgement.sensors.emplace_back();
