@@ -363,6 +363,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   leave_rejected_open(e, j);
   leave_certain_open(e, j);
   leave_zeros_open(j);
+  leave_one_size_open(e, j);
   leave_failed_open(all, j);
   if (!fitted) {
     j.causes = find_causes(findings_of(e, j));

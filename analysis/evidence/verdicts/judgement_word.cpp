@@ -280,6 +280,20 @@ void leave_zeros_open(Judgement& j) {
                                         : fmt::format("every innovation of {} is exactly zero", off->name);
 }
 
+bool are_of_one_size(const Moments& nees) {
+  constexpr std::int64_t kFewRows = 20;
+  constexpr double kRounding = 1e-12;
+  if (nees.count < kFewRows || !(nees.mean > 0.0)) return false;
+  return std::sqrt(nees.m2 / static_cast<double>(nees.count)) <= kRounding * nees.mean;
+}
+
+void leave_one_size_open(const Evidence& e, Judgement& j) {
+  const Moments& nees = e.whole_runs.nees_values;
+  if (j.word.verdict != Verdict::consistent || !are_of_one_size(nees)) return;
+  leave_word_open(
+      fmt::format("every NEES is {}, and errors of one size are no sample", number_text(nees.mean, 4)), j);
+}
+
 void leave_certain_open(const Evidence& e, Judgement& j) {
   const bool judged = j.nees.count > 0 || j.nis.count > 0;
   if (is_unsafe(j.word.verdict) || (judged && j.word.verdict == Verdict::undecided)) return;

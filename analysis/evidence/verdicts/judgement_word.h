@@ -41,6 +41,12 @@ void open_zero_rows(Judgement& judged);
 /// The same of the word.
 void leave_zeros_open(Judgement& judged);
 
+/// Whether P finds all errors of one size, up to rounding, which is no sample of what it claims: of that size
+/// itself its scatter tells as much as its mean.
+bool are_of_one_size(const Moments& nees);
+/// A mean of such errors that is right is no evidence; one that is wrong is.
+void leave_one_size_open(const Evidence& evidence, Judgement& judged);
+
 /// Without a truth a mean NIS that is right says that S is. Innovations that are not white are those of a
 /// gain that is not the best one, and then the P behind it may be anything.
 void leave_coloured_open(Judgement& judged);

@@ -204,18 +204,6 @@ void tell_zero_blocks(const Judgement& judgement, CheckedLogs& logs) {
                       first_items(zero, 6)));
 }
 
-/// What errors are that P finds all of one size, up to rounding: no sample of what it claims; "" for others.
-std::string one_size_sentence(const Moments& nees) {
-  constexpr std::int64_t kFewRows = 20;
-  constexpr double kRounding = 1e-12;
-  const double deviation = std::sqrt(nees.m2 / static_cast<double>(nees.count));
-  if (nees.count < kFewRows || !(nees.mean > 0.0) || !(deviation <= kRounding * nees.mean)) return {};
-  return fmt::format(
-      "Every NEES is {}: errors of one size are no sample of a covariance; was one error drawn for all {} "
-      "rows, or are they a bias without noise?",
-      number_text(nees.mean, 4), nees.count);
-}
-
 }  // namespace
 
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
@@ -239,8 +227,12 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
     logs.mistakes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
   else
     tell_zero_blocks(judgement, logs);
-  std::string one_size = one_size_sentence(logs.analysis.evidence.whole_runs.nees_values);
-  if (!one_size.empty()) logs.mistakes.push_back(std::move(one_size));
+  if (const Moments& nees = logs.analysis.evidence.whole_runs.nees_values; are_of_one_size(nees)) {
+    logs.mistakes.push_back(fmt::format(
+        "Every NEES is {}: errors of one size are no sample of a covariance; was one error drawn for all {} "
+        "rows, or are they a bias without noise?",
+        number_text(nees.mean, 4), nees.count));
+  }
   if (mistakes.swapped_axes) {
     leave_swapped_open(judgement);
     logs.calibration = {};

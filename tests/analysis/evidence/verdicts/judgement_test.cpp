@@ -14,6 +14,7 @@
 
 #include "analysis/evidence/sums/evidence_recorder.h"
 #include "analysis/evidence/verdicts/judgement_settling.h"
+#include "analysis/evidence/verdicts/judgement_word.h"
 #include "analysis/studies/selftest_study.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
@@ -217,6 +218,22 @@ TEST(Judgement, WhatIsExactlyZeroIsNoEvidence) {
   EXPECT_EQ(off.nees.verdict, Verdict::consistent);
   EXPECT_EQ(off.nis.verdict, Verdict::undecided);
   EXPECT_EQ(off.nees.reason, "every innovation is exactly zero");
+}
+
+// Of one error that was drawn for all rows a mean that is right says nothing; one that is wrong does.
+TEST(Judgement, ErrorsOfOneSizeAreNoSample) {
+  const auto judged = [](std::int64_t steps, double nees) {
+    return judge(logs_of(4, steps, 0.0, 1.0, [&](Step& row, int) {
+      row.error *= std::sqrt(nees / row.error.dot(row.P.llt().solve(row.error)));
+    }));
+  };
+  const Judgement right = judged(5, 4.0);
+  EXPECT_EQ(right.word.verdict, Verdict::undecided);
+  EXPECT_EQ(right.nees.reason, "every NEES is 4.000, and errors of one size are no sample");
+  EXPECT_EQ(judged(4, 4.0).word.verdict, Verdict::consistent) << "of 16 rows";
+  EXPECT_EQ(judged(5, 40.0).word.verdict, Verdict::optimistic);
+  EXPECT_FALSE(are_of_one_size({.count = 100, .mean = 4.0, .m2 = 1e-20}));
+  EXPECT_TRUE(are_of_one_size({.count = 100, .mean = 4.0, .m2 = 1e-22}));
 }
 
 // Squares, and products of squares, that are too small for a number.
