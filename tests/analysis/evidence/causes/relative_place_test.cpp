@@ -13,6 +13,16 @@ TEST(RelativePlace, LiesAheadAndToTheLeft) {
   EXPECT_NEAR((RelativePlace(x).r - Eigen::Vector2d(3.0, 1.0)).norm(), 0.0, 1e-12);
 }
 
+TEST(RelativePlace, IsTheSameToTheBitFromASineAndCosineThatAreKnown) {
+  RelativePlace::State x;
+  x << 1.0, -2.0, 0.7, 4.0, 5.0;
+  const RelativePlace place(x), known(x, place.sine, place.cosine);
+  EXPECT_EQ(known.r, place.r);
+  EXPECT_EQ(known.sine, place.sine);
+  EXPECT_EQ(known.cosine, place.cosine);
+  EXPECT_NEAR(place.sine, std::sin(0.7), 1e-15);
+}
+
 TEST(RelativePlace, HasTheJacobianOfDifferences) {
   RelativePlace::State x;
   x << 1.0, -2.0, 0.7, 4.0, 5.0;
