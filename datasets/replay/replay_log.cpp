@@ -15,7 +15,6 @@ RunLayout layout_of(const ReplayResult& replay) {
   if (has_true_heading(replay)) {
     layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
     layout.angles = {false, false, true};
-    layout.units = {"m", "m", "rad"};
     add_named_blocks(layout);
   } else {
     layout.states = {"x", "y"};

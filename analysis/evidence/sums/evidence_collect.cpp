@@ -68,14 +68,15 @@ std::vector<std::byte> EvidenceCollector::stored(std::int64_t first_run, std::in
 bool EvidenceCollector::take_stored(std::int64_t first_run, std::int64_t runs,
                                     std::span<const std::byte> bytes) {
   if (first_run >= most_) return true;
+  Evidence evidence;
   try {
-    Evidence evidence = evidence_from_bytes(bytes, experiment_.layout());
-    if (evidence.study.runs != runs) return false;
-    const std::lock_guard lock(mutex_);
-    chunks_.insert_or_assign({first_run, runs}, std::move(evidence));
+    evidence = evidence_from_bytes(bytes, experiment_.layout());
   } catch (const std::runtime_error&) {
     return true;
   }
+  if (evidence.study.runs != runs) return false;
+  const std::lock_guard lock(mutex_);
+  chunks_.insert_or_assign({first_run, runs}, std::move(evidence));
   return true;
 }
 

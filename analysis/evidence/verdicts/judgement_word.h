@@ -41,8 +41,8 @@ void open_zero_rows(Judgement& judged);
 /// The same of the word.
 void leave_zeros_open(Judgement& judged);
 
-/// Whether P finds all errors of one size, up to rounding, which is no sample of what it claims: of that size
-/// itself its scatter tells as much as its mean.
+/// Whether every NEES is the same, up to rounding: errors of a covariance scatter, and 20 rows that do not
+/// are no sample of it. `nees`: of single rows.
 bool are_of_one_size(const Moments& nees);
 /// A mean of such errors that is right is no evidence; one that is wrong is.
 void leave_one_size_open(const Evidence& evidence, Judgement& judged);
