@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/nan.h"
+#include "core/record/state_name.h"
 #include "datasets/logs/arrays/array_log.h"
 #include "datasets/logs/arrays/npz_writer.h"
 #include "datasets/logs/assumed_noise.h"
@@ -71,11 +72,7 @@ std::string run_arrays(const RunLayout& layout, std::span<const Step> steps, dou
     for (const Step& step : steps) arrays.back().values.push_back(step_s * static_cast<double>(step.step));
   }
   state.take(arrays);
-  NamedArray names{std::string(kNamesOfStates), {layout.states.size()}, {}, layout.states};
-  for (std::size_t i = 0; i < layout.angles.size(); ++i) {
-    if (layout.angles[i]) names.texts[i] += ":angle";
-  }
-  arrays.push_back(std::move(names));
+  arrays.push_back({std::string(kNamesOfStates), {layout.states.size()}, {}, marked_states(layout)});
   innovations.take(arrays);
   const Index piece = layout.sensors.empty() ? 0 : layout.sensors.front().piece;
   if (measured > piece && piece > 0) arrays.push_back({"observation", {1}, {static_cast<double>(piece)}});

@@ -13,6 +13,7 @@
 
 #include "core/append_item.h"
 #include "core/control_characters.h"
+#include "core/record/state_name.h"
 #include "datasets/logs/number_field.h"
 
 namespace credence::internal {
@@ -20,7 +21,8 @@ namespace {
 
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
-    "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME (NAME:angle of an angle), P.i.j, "
+    "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME (NAME:angle of an angle, NAME [m/s] "
+    "with a unit), P.i.j, "
     "innovation.i, S.i.j, R.i.j, nis.DIM (innovation.SENSOR.i, … of several sensors), nonlinear, inflated, "
     "with numbers to 2000 (docs/formats.md); a file with columns of other names: docs/recipes.md";
 
@@ -151,6 +153,7 @@ class HeaderParser {
         throw std::invalid_argument(fmt::format("column estimate.{} is missing", state));
       }
     }
+    place_units();
     const Index n = std::ssize(h.layout.states);
     if (h.layout.has_truth || !P_.empty()) h.P = symmetric(P_, n, "P");
     for (Sensor& sensor : h.layout.sensors) add_sensor(sensor);
@@ -191,9 +194,10 @@ class HeaderParser {
     if (name.starts_with("estimate.")) return add_state("estimate", name.substr(9), column, -1);
     if (name.starts_with("error.")) return add_state("error", name.substr(6), -1, column);
     if (name.starts_with("truth.")) {
-      std::string_view state = name.substr(6);
-      if (take_mark(state, ":angle")) angles_of_truth_.emplace(state);
-      return !state.empty() && insert(truth_, std::string(state), column);
+      const StateName state = state_name(name.substr(6));
+      if (state.angle) angles_of_truth_.insert(state.name);
+      if (!state.unit.empty()) units_.emplace_back(state);
+      return !state.name.empty() && insert(truth_, state.name, column);
     }
     if (name.starts_with("P.")) return add_variance(name.substr(1), column);
     if (name.starts_with("innovation.")) return add_innovation(name.substr(10), column);
@@ -226,8 +230,9 @@ class HeaderParser {
   }
 
   /// A state by the column of its estimate or of its error.
-  bool add_state(const char* kind, std::string_view name, Index estimate, Index error) {
-    const bool angle = take_mark(name, ":angle");
+  bool add_state(const char* kind, std::string_view text, Index estimate, Index error) {
+    const StateName state = state_name(text);
+    const std::string& name = state.name;
     if (name.empty()) return false;
     RunLayout& layout = header_.layout;
     if (!states_.emplace(name).second) {
@@ -235,8 +240,9 @@ class HeaderParser {
       if ((header_.error[static_cast<std::size_t>(place)] < 0) != (error < 0)) throw error_beside(name);
       throw std::invalid_argument(fmt::format("column {}.{} is there twice", kind, name));
     }
-    layout.states.emplace_back(name);
-    layout.angles.push_back(angle);
+    layout.states.push_back(name);
+    layout.angles.push_back(state.angle);
+    if (!state.unit.empty()) units_.emplace_back(state);
     header_.estimate.push_back(estimate);
     header_.error.push_back(error);
     return true;
@@ -274,6 +280,22 @@ class HeaderParser {
       }
       if (!found) unknown_.push_back("P." + shown_field(name));
     }
+  }
+
+  void place_units() {
+    RunLayout& layout = header_.layout;
+    if (!units_.empty()) layout.units.resize(layout.states.size());
+    for (const StateName& state : units_) {
+      const auto place = std::ranges::find(layout.states, state.name) - layout.states.begin();
+      std::string& unit = layout.units[static_cast<std::size_t>(place)];
+      if (!unit.empty() && unit != state.unit) {
+        throw std::invalid_argument(
+            fmt::format("columns estimate.{0} [{1}] and truth.{0} [{2}]: their units differ", state.name,
+                        unit, state.unit));
+      }
+      unit = state.unit;
+    }
+    require_radians(layout);
   }
 
   SensorColumns* sensor(std::string_view rest) {
@@ -381,6 +403,7 @@ class HeaderParser {
   std::set<std::string> states_;
   std::map<std::string, Index> truth_;
   std::set<std::string> angles_of_truth_;  // marked there
+  std::vector<StateName> units_;           // those that name one, of estimates, errors and truths
   Entries P_;
   std::vector<std::pair<std::string, Index>> named_P_;
   std::map<std::string, SensorColumns> sensors_;

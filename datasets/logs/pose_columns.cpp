@@ -14,7 +14,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::size_t kPosition = 4, kPose = 8, kTriangle = 21, kSquare = 36;
+constexpr std::size_t kPositionColumns = 4, kPoseColumns = 8, kTriangleColumns = 21, kSquareColumns = 36;
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
 
@@ -71,7 +71,7 @@ class NamedColumns {
         counted.emplace_back(number, i);
       }
     }
-    if (counted.size() == kSquare || counted.size() == kTriangle) {
+    if (counted.size() == kSquareColumns || counted.size() == kTriangleColumns) {
       // In the order of their numbers: a header that was sorted as text has 10 before 2.
       std::ranges::sort(counted);
       std::vector<std::size_t> columns;
@@ -151,23 +151,24 @@ std::optional<PoseColumns> unnamed(std::string_view row, bool with_covariance) {
   const std::size_t count = fields.size();
   PoseColumns columns{.commas = true, .fewest = count, .most = count};
   // sec, nanosec, frame, of an odometry another frame.
-  constexpr std::size_t kPoseTopic = 3 + 7 + kSquare, kOdometry = 4 + 7 + kSquare + 6 + kSquare;
+  constexpr std::size_t kPoseTopic = 3 + 7 + kSquareColumns,
+                        kOdometry = 4 + 7 + kSquareColumns + 6 + kSquareColumns;
   if ((count == kPoseTopic || count == kOdometry) && !parse_finite(fields[2])) {
     const std::size_t first = count == kPoseTopic ? 3 : 4;
     columns.nanoseconds = 1;
     columns.position = {first, first + 1, first + 2};
     columns.orientation = {first + 3, first + 4, first + 5, first + 6};
-    columns.joint_covariance = columns_from(first + 7, kSquare);
+    columns.joint_covariance = columns_from(first + 7, kSquareColumns);
     return columns;
   }
   if (!std::ranges::all_of(fields, [](std::string_view field) { return parse_finite(field).has_value(); }))
     return std::nullopt;
-  if (count == kPose + kTriangle || count == kPose + kSquare) {
-    columns.joint_covariance = columns_from(kPose, count - kPose);
+  if (count == kPoseColumns + kTriangleColumns || count == kPoseColumns + kSquareColumns) {
+    columns.joint_covariance = columns_from(kPoseColumns, count - kPoseColumns);
     return columns;
   }
-  columns.has_orientation = count != kPosition;
-  if (with_covariance || (columns.has_orientation && count < kPose)) return std::nullopt;
+  columns.has_orientation = count != kPositionColumns;
+  if (with_covariance || (columns.has_orientation && count < kPoseColumns)) return std::nullopt;
   return columns;
 }
 

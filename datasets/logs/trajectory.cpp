@@ -247,7 +247,7 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
 }
 
 Trajectory read_truth(const std::filesystem::path& file) {
-  constexpr std::size_t kAny = 1000, kPositionColumns = 4;
+  constexpr std::size_t kAny = 1000, kPosition = 4;
   LineReader lines(file);
   std::string_view line = first_line(lines);
   while (is_comment(trim_blanks(line)) && line.find(',') == std::string_view::npos && lines.next(line)) {
@@ -255,8 +255,8 @@ Trajectory read_truth(const std::filesystem::path& file) {
   const bool commas = line.find(',') != std::string_view::npos;
   if (!commas) {
     PoseColumns columns{.fewest = 8, .most = kAny};
-    if (!is_comment(line) && words_between(" \t", line).size() == kPositionColumns) {
-      columns.fewest = columns.most = kPositionColumns;
+    if (!is_comment(line) && words_between(" \t", line).size() == kPosition) {
+      columns.fewest = columns.most = kPosition;
       columns.has_orientation = false;
     }
     return read_rows(lines, columns, line);

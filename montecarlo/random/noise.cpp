@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kSlots = std::int64_t{1} << 24;
-constexpr std::int64_t kSteps = (std::int64_t{1} << 32) - 3;
+constexpr std::int64_t kNoiseSteps = (std::int64_t{1} << 32) - 3;
 constexpr std::uint32_t kEvent = std::uint32_t{1} << 30, kUniform = std::uint32_t{1} << 31;
 
 static_assert(NoiseSource::kLanes == kNoiseLanes);
@@ -32,7 +32,7 @@ void require_in_range(bool ok, const char* what, std::int64_t value) {
 
 void check_key(std::int64_t run, std::int64_t step, std::int64_t slot, std::int64_t slots) {
   require_in_range(run >= 0, "run", run);
-  require_in_range(step >= 0 && step < kSteps, "step", step);
+  require_in_range(step >= 0 && step < kNoiseSteps, "step", step);
   require_in_range(slot >= 0 && slot < kSlots, "slot", slot);
   require_in_range(slots <= kSlots - slot, "number of slots", slots);
 }
@@ -48,7 +48,7 @@ NoiseBlockKey block_key(std::uint64_t key, std::int64_t run, std::int64_t word1,
 void check_four_steps(std::int64_t run, std::int64_t first_step, std::int64_t slots,
                       std::span<const double> out) {
   check_key(run, first_step, 0, slots);
-  require_in_range(first_step % 4 == 1 && first_step < kSteps - 3, "first of four steps", first_step);
+  require_in_range(first_step % 4 == 1 && first_step < kNoiseSteps - 3, "first of four steps", first_step);
   require_in_range(slots >= 0, "number of slots", slots);
   require_in_range(std::ssize(out) == 4 * slots, "size of the output", std::ssize(out));
 }
@@ -58,7 +58,8 @@ void check_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t st
   check_key(first_run, first_step, 0, slots);
   require_in_range(first_run <= INT64_MAX - kNoiseLanes, "run", first_run);
   require_in_range(first_step % 4 == 1, "first of four steps", first_step);
-  require_in_range(steps >= 0 && steps % 4 == 0 && steps < kSteps - first_step, "number of steps", steps);
+  require_in_range(steps >= 0 && steps % 4 == 0 && steps < kNoiseSteps - first_step, "number of steps",
+                   steps);
   require_in_range(slots >= 0, "number of slots", slots);
   require_in_range(std::ssize(out) == slots * steps * kNoiseLanes, "size of the output", std::ssize(out));
 }

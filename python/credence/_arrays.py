@@ -240,39 +240,45 @@ def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
 
 
 _ANGLE = ":angle"
+_UNIT = re.compile(r"(.*[^ \t])[ \t]*\[[ \t]*([^\[\]]*[^\[\] \t])[ \t]*\]", re.DOTALL)
 
 
-def states_of(names: "Optional[Sequence[str]]", angles: Any, n: int) -> "tuple[list[str], np.ndarray]":
-    """The n names, and which states are angles in rad: those that `angles` says, and those named "heading:angle", which
-    are then "heading", as in every other place where states have names."""
+def states_of(names: "Optional[Sequence[str]]", angles: Any, n: int) -> "tuple[list[str], np.ndarray, list[str]]":
+    """The n names, which states are angles in rad, and the units that names tell: of "heading:angle" and "velocity [m/s]"
+    the states are "heading" and "velocity", as in every other place where states have names. `angles` are angles too."""
     written = _state_names(names, n)
-    states = [name.removesuffix(_ANGLE) for name in written]
+    told = [_UNIT.fullmatch(name) for name in written]
+    marked = [unit[1] if unit else name for unit, name in zip(told, written)]
+    states = [name.removesuffix(_ANGLE) for name in marked]
     if len(set(states)) != n or not all(states):
-        raise ValueError("names must be different words, one for each state, ':angle' not counted")
-    angle = np.array([name.endswith(_ANGLE) for name in written], dtype=bool)
+        raise ValueError("names must be different words, one for each state, ':angle' and '[unit]' not counted")
+    angle = np.array([name.endswith(_ANGLE) for name in marked], dtype=bool)
     if angles is not None:
         angle[indices(angles, states, "angles")] = True
-    return states, angle
+    return states, angle, [unit[2] if unit else "" for unit in told]
 
 
-def units_of(units: Any, states: "list[str]", angle: np.ndarray) -> "list[str]":
-    """The unit of each state: of a list one for each, of a dict those that it names, the others "" as not known."""
+def units_of(units: Any, states: "list[str]", angle: np.ndarray, named: "list[str]") -> "list[str]":
+    """The unit of each state: of a list one for each, of a dict those that it has, the others as their names tell; "" as
+    not known. Nothing where no unit is told of any."""
     if units is None:
-        return []
-    if isinstance(units, Mapping):
+        units = named
+    elif isinstance(units, Mapping):
         for state in units:
             if state not in states:
                 raise ValueError(f"units: there is no state {state!r} among {', '.join(states)}")
-        units = [units.get(state, "") for state in states]
+        units = [units.get(state, unit) for state, unit in zip(states, named)]
     elif isinstance(units, str) or not np.iterable(units):
         raise ValueError(f"units = {units!r}: expected one for each state, or a dict of states and their units")
     told = [require_text(unit, "units") for unit in units]
     if len(told) != len(states):
         raise ValueError(f"units has {len(told)} entries: the state has {len(states)}")
-    for state, unit, is_angle in zip(states, told, angle):
+    for state, unit, is_angle, of_name in zip(states, told, angle, named):
         if is_angle and unit not in ("", "rad"):
             raise ValueError(f"units: {state} is an angle, in {unit!r}; an angle is in rad")
-    return told
+        if of_name and unit != of_name:
+            raise ValueError(f"units: {state} is in {unit!r}, and by its name in {of_name!r}")
+    return told if any(told) else []
 
 
 def _state_names(names: "Optional[Sequence[str]]", n: int) -> "list[str]":

@@ -65,7 +65,7 @@ def collector(
     inflated: bool,
 ):
     """Where runs with a state of n and these sensors (name, dimension, that of one observation, its angles) are added up."""
-    states, angle = states_of(names, angles, n) if has_truth else ([], np.zeros(0, dtype=bool))
+    states, angle, named = states_of(names, angles, n) if has_truth else ([], np.zeros(0, dtype=bool), [])
     if blocks is not None and not isinstance(blocks, Mapping):
         raise ValueError(f"blocks = {blocks!r}: expected a dict of names and their states")
     of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
@@ -76,7 +76,7 @@ def collector(
     return _credence.Collector(
         states,
         angle.tolist(),
-        units_of(units, states, angle) if has_truth else [],
+        units_of(units, states, angle, named) if has_truth else [],
         of_blocks,
         sensors,
         has_truth,
@@ -141,8 +141,8 @@ def check(
     S: float64 (runs, steps, m, m), its covariance, as P; a dict with the same keys.
     estimate: float64 (runs, steps, n), where error is estimate − truth, of angles wrapped. With it measurements that
         arrive late are told from other causes: the errors then point back along the way. Not read where the error is NaN.
-    names: one for each state; "pose.x", "pose.y" are a block "pose", "heading:angle" is an angle in rad. Without names
-        each state is a block.
+    names: one for each state; "pose.x", "pose.y" are a block "pose", "heading:angle" is an angle in rad, "v [m/s]" a
+        state v in m/s. Without names each state is a block.
     angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
     units: of the states, as "m" or "m/s", one for each or a dict of some: what tables and figures say beside errors. An
         angle is in rad, and "rad" and "rad/s" are shown in degrees.

@@ -312,6 +312,11 @@ def test_units_stand_beside_errors_and_change_no_number(tmp_path):
         assert units_taken(told) == (listed, numbers)
         page = page_of(told, kind)
         assert "x (m)" in page and "v (°/s)" in page
+    named = credence.check(error, P, nu, S, names=["x [m]", "v[rad/s]"])
+    assert units_taken(named) == (listed, numbers)
+    assert units_taken(credence.check(error, P, nu, S, names=["x", "v [rad/s]"], units={"x": "m"})) == (listed, numbers)
+    with pytest.raises(ValueError, match=re.escape("units: v is in 'm/s', and by its name in 'rad/s'")):
+        credence.check(error, P, names=["x", "v [rad/s]"], units=["m", "m/s"])
     assert credence.check(error, P, names=["x", "v"], units={}).verdict == "consistent"
     assert credence.check(error, P, angles=["x2"], units=["m", "rad"]).verdict == "consistent"
 

@@ -97,6 +97,7 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
       RunLayout named = model_layout(names, {});
       layout.states = std::move(named.states);
       layout.angles = std::move(named.angles);
+      layout.units = std::move(named.units);
       layout.blocks = std::move(named.blocks);
       layout.landmark_dim = named.landmark_dim;
     } catch (const std::invalid_argument& error) {

@@ -94,12 +94,12 @@ void add_message(std::string& file, std::uint16_t topic, std::uint32_t number, s
 }  // namespace
 
 std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
-  constexpr std::uint16_t kEstimate = 1, kTruth = 2;
+  constexpr std::uint16_t kEstimateChannel = 1, kTruthChannel = 2;
   std::string file(kMcapMagic);
   add_record(file, McapOpcode::kHeader, text("ros2") + text("credence"));
-  add_topic(file, kEstimate, kPoseBagEstimate, "geometry_msgs/msg/PoseWithCovarianceStamped",
+  add_topic(file, kEstimateChannel, kPoseBagEstimate, "geometry_msgs/msg/PoseWithCovarianceStamped",
             schema_text("std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n", true));
-  add_topic(file, kTruth, kPoseBagTruth, "geometry_msgs/msg/PoseStamped",
+  add_topic(file, kTruthChannel, kPoseBagTruth, "geometry_msgs/msg/PoseStamped",
             schema_text("std_msgs/Header header\ngeometry_msgs/Pose pose\n", false));
   std::uint32_t number = 0;
   for (const LoggedPose& pose : poses) {
@@ -114,8 +114,8 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
     }
     truth.header(time_ns);
     truth.pose(pose.truth);
-    add_message(file, kEstimate, number, time_ns, estimate);
-    add_message(file, kTruth, number++, time_ns, truth);
+    add_message(file, kEstimateChannel, number, time_ns, estimate);
+    add_message(file, kTruthChannel, number++, time_ns, truth);
   }
   std::string checksum;
   append_crc32(checksum, file);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/record/nees_solver.h"
+#include "core/record/state_name.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
 namespace credence::internal {
@@ -37,7 +38,6 @@ RunLayout model_layout(const std::vector<std::string>& states,
 }
 
 RunLayout completed(RunLayout layout) {
-  constexpr std::string_view kAngle = ":angle";
   const std::size_t n = layout.states.size();
   if (layout.angles.empty()) layout.angles.assign(n, false);
   if (layout.angles.size() != n) {
@@ -49,17 +49,19 @@ RunLayout completed(RunLayout layout) {
         "layout(): {} units for {} states; accepted is one for each, or none", layout.units.size(), n));
   }
   for (std::size_t i = 0; i < n; ++i) {
-    std::string& state = layout.states[i];
-    if (!state.ends_with(kAngle)) continue;
-    state.resize(state.size() - kAngle.size());
-    layout.angles[i] = true;
+    StateName state = state_name(layout.states[i]);
+    layout.states[i] = std::move(state.name);
+    layout.angles[i] = layout.angles[i] || state.angle;
+    if (state.unit.empty()) continue;
+    layout.units.resize(n);
+    if (!layout.units[i].empty() && layout.units[i] != state.unit) {
+      throw std::invalid_argument(fmt::format("layout(): state '{}' is in '{}', and by its name in '{}'",
+                                              layout.states[i], layout.units[i], state.unit));
+    }
+    layout.units[i] = std::move(state.unit);
   }
   require_names(layout.states);
-  for (std::size_t i = 0; i < layout.units.size(); ++i) {
-    if (!layout.angles[i] || layout.units[i].empty() || layout.units[i] == "rad") continue;
-    throw std::invalid_argument(fmt::format("layout(): state '{}' is an angle, in '{}'; an angle is in rad",
-                                            layout.states[i], layout.units[i]));
-  }
+  require_radians(layout);
   for (const Block& block : layout.blocks) {
     for (const Index state : block.states) {
       if (state >= 0 && static_cast<std::size_t>(state) < n) continue;

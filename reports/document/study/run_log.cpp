@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/record/state_name.h"
 #include "datasets/logs/assumed_noise.h"
 #include "reports/render/atomic_file.h"
 
@@ -18,9 +19,9 @@ std::string log_header(const RunLayout& layout, const std::vector<Index>& states
                        const Matrix& R, bool timed) {
   std::string text = timed ? "step,time" : "step";
   const auto out = std::back_inserter(text);
+  const std::vector<std::string> marked = marked_states(layout);
   for (const Index state : states) {
-    const auto i = static_cast<std::size_t>(state);
-    fmt::format_to(out, ",estimate.{}{}", layout.states[i], layout.angles[i] ? ":angle" : "");
+    fmt::format_to(out, ",estimate.{}", marked[static_cast<std::size_t>(state)]);
   }
   for (const Index state : states) {
     fmt::format_to(out, ",truth.{}", layout.states[static_cast<std::size_t>(state)]);

@@ -203,6 +203,24 @@ TEST(FilterLogHeaderLine, marks_at_the_wrong_places_are_refused) {
             1);
 }
 
+TEST(FilterLogHeaderLine, units_stand_in_brackets_behind_a_state) {
+  const RunLayout layout = parse_filter_log_header(
+                               "estimate.v [m/s],estimate.yaw:angle,truth.v,truth.yaw [rad],P.v.v,"
+                               "P.v.yaw,P.yaw.yaw")
+                               .layout;
+  EXPECT_THAT(layout.states, ElementsAre("v", "yaw"));
+  EXPECT_THAT(layout.angles, ElementsAre(false, true));
+  EXPECT_THAT(layout.units, ElementsAre("m/s", "rad"));
+  EXPECT_THAT(parse_filter_log_header("error.a,error.b[V],P.1.1,P.1.2,P.2.2").layout.units,
+              ElementsAre("", "V"));
+  EXPECT_TRUE(parse_filter_log_header("error.a,P.1.1").layout.units.empty()) << "not known";
+  expect_header_error("estimate.v [m/s],truth.v [km/h],P.1.1",
+                      "columns estimate.v [m/s] and truth.v [km/h]: their units differ");
+  expect_header_error("error.yaw:angle [deg],P.1.1", "state 'yaw' is an angle, in 'deg'; an angle is in rad");
+  expect_header_error("error.x [m],error.x,P.1.1", "column error.x is there twice");
+  expect_header_error("error.x,P.1.1 [m]", "unknown column 'P.1.1 [m]'");
+}
+
 TEST(FilterLogHeaderLine, errors_may_stand_for_estimate_and_truth) {
   const FilterLogHeader h = parse_filter_log_header("error.x,error.b.y:angle,P.1.1,P.1.2,P.2.2");
   EXPECT_THAT(h.layout.states, ElementsAre("x", "b.y"));

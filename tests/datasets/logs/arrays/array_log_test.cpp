@@ -330,6 +330,19 @@ TEST(ArrayLog, an_estimate_and_its_truth_are_an_error_of_wrapped_angles) {
                      "array error is missing beside P (estimate less truth, or these two)");
 }
 
+TEST(ArrayLog, names_tell_units) {
+  const auto units_of = [](const std::vector<double>& letters) {
+    ArraysInMemory file;
+    file.add("error", {1, 2}, {0.5, 1.0}).add("P", {1, 2, 2}, {1, 0, 0, 4}).add("names", {2, 5}, letters);
+    const RecordedSink sink = read_in_memory(file);
+    return std::pair(sink.runs.at(0).layout.states, sink.runs.at(0).layout.units);
+  };
+  const auto [states, units] = units_of({'a', '[', 'V', ']', 0, 'b', 0, 0, 0, 0});
+  EXPECT_THAT(states, ElementsAre("a", "b"));
+  EXPECT_THAT(units, ElementsAre("V", ""));
+  EXPECT_TRUE(units_of({'a', 0, 0, 0, 0, 'b', 0, 0, 0, 0}).second.empty());
+}
+
 TEST(ArrayLog, an_error_of_an_angle_is_wrapped_too) {
   ArraysInMemory file;
   file.add("error", {2, 2}, {0.5, 6.0, 7.0, 0.25})

@@ -72,6 +72,11 @@ TEST(CompletedLayout, KeepsTheUnitsThatAWorldTellsAndRefusesThoseThatDoNotFit) {
   EXPECT_THAT(layout.units, ElementsAre("m", "m/s", "rad"));
   EXPECT_TRUE(completed({.states = {"x", "v"}}).units.empty()) << "not known";
   EXPECT_THAT(completed({.states = {"x", "yaw:angle"}, .units = {"m", ""}}).units, ElementsAre("m", ""));
+  const RunLayout named =
+      completed({.states = {"x", "v [m/s]", "yaw:angle [rad]"}, .units = {"m", "m/s", ""}});
+  EXPECT_THAT(named.states, ElementsAre("x", "v", "yaw"));
+  EXPECT_THAT(named.units, ElementsAre("m", "m/s", "rad"));
+  EXPECT_THAT(completed({.states = {"x", "v [m/s]"}}).units, ElementsAre("", "m/s"));
   const auto said = [](RunLayout told) -> std::string {
     try {
       completed(std::move(told));
@@ -85,7 +90,9 @@ TEST(CompletedLayout, KeepsTheUnitsThatAWorldTellsAndRefusesThoseThatDoNotFit) {
   EXPECT_EQ(said({.states = {"x"}, .units = {"m", "m/s"}}),
             "layout(): 2 units for 1 states; accepted is one for each, or none");
   EXPECT_EQ(said({.states = {"x", "yaw:angle"}, .units = {"m", "deg"}}),
-            "layout(): state 'yaw' is an angle, in 'deg'; an angle is in rad");
+            "state 'yaw' is an angle, in 'deg'; an angle is in rad");
+  EXPECT_EQ(said({.states = {"x", "v [m/s]"}, .units = {"m", "km/h"}}),
+            "layout(): state 'v' is in 'km/h', and by its name in 'm/s'");
 }
 
 TEST(ModelLayout, ReadsAnglesBlocksAndSensorsFromNames) {

@@ -77,6 +77,16 @@ TEST(RunLog, EveryStateStandsInItsColumnWhateverTheOrderItCameIn) {
             "3,0.5,1.5,2.5,0,1,2,0,10,20,11,21,22\n");
 }
 
+TEST(RunLog, TellsUnitsThatNamesDoNot) {
+  RunTrace trace = three_states();
+  trace.layout.units = {"m", "m", "m"};
+  trace.steps = {step_of({0})};
+  measure(trace.steps[0], Vector(0));
+  EXPECT_EQ(log_of(trace, 2, "").substr(0, 23), "step,estimate.vehicle,t");
+  trace.layout.units = {"km", "", "m"};
+  EXPECT_EQ(log_of(trace, 2, "").substr(0, 40), "step,estimate.vehicle [km],truth.vehicle");
+}
+
 TEST(RunLog, MarksWhereTheNextObservationBeginsAndItsAngles) {
   RunTrace trace = three_states();
   trace.layout.sensors = {{.name = "", .dim = 6, .piece = 2, .angles = {false, true}}};
