@@ -22,9 +22,9 @@ namespace {
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
     "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME (NAME:angle of an angle, NAME [m/s] "
-    "with a unit), P.i.j, "
-    "innovation.i, S.i.j, R.i.j, nis.DIM (innovation.SENSOR.i, … of several sensors), nonlinear, inflated, "
-    "with numbers to 2000 (docs/formats.md); a file with columns of other names: docs/recipes.md";
+    "with a unit), P.i.j, innovation.i, S.i.j, R.i.j, nis.DIM (innovation.SENSOR.i, … of several sensors), "
+    "nonlinear, inflated, with numbers to 2000 (docs/formats.md); a file with columns of other names: "
+    "docs/recipes.md";
 
 std::invalid_argument error_beside(std::string_view state) {
   return std::invalid_argument(fmt::format(
@@ -290,7 +290,7 @@ class HeaderParser {
       std::string& unit = layout.units[static_cast<std::size_t>(place)];
       if (!unit.empty() && unit != state.unit) {
         throw std::invalid_argument(
-            fmt::format("columns estimate.{0} [{1}] and truth.{0} [{2}]: their units differ", state.name,
+            fmt::format("columns estimate.{0} and truth.{0} tell two units, [{1}] and [{2}]", state.name,
                         unit, state.unit));
       }
       unit = state.unit;

@@ -247,8 +247,8 @@ std::vector<Innovation> innovations_of(const Filter& filter) {
   }
 }
 
-/// The layout of a state with these names ("heading:angle" is an angle in rad, "pose.x" of a block
-/// "pose") and of sensors with these names and dimensions. Units are known of a vehicle and landmarks alone.
+/// The layout of a state with these names ("heading:angle" is an angle in rad, "v [m/s]" in this unit,
+/// "pose.x" of a block "pose") and of sensors with these names and dimensions.
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors);
 

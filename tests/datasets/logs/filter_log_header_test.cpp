@@ -215,7 +215,8 @@ TEST(FilterLogHeaderLine, units_stand_in_brackets_behind_a_state) {
               ElementsAre("", "V"));
   EXPECT_TRUE(parse_filter_log_header("error.a,P.1.1").layout.units.empty()) << "not known";
   expect_header_error("estimate.v [m/s],truth.v [km/h],P.1.1",
-                      "columns estimate.v [m/s] and truth.v [km/h]: their units differ");
+                      "columns estimate.v and truth.v tell two units, [m/s] and [km/h]");
+  expect_header_error("truth.v [km/h],estimate.v [m/s],P.1.1", "tell two units, [km/h] and [m/s]");
   expect_header_error("error.yaw:angle [deg],P.1.1", "state 'yaw' is an angle, in 'deg'; an angle is in rad");
   expect_header_error("error.x [m],error.x,P.1.1", "column error.x is there twice");
   expect_header_error("error.x,P.1.1 [m]", "unknown column 'P.1.1 [m]'");
