@@ -33,6 +33,7 @@ RunLayout layout_of_three() {
   RunLayout layout;
   layout.states = {"x", "y", "z"};
   layout.angles = {false, false, true};
+  layout.units = {"m", "", "rad"};
   layout.sensors = {{.name = "", .dim = 2, .piece = 2}};
   return layout;
 }
@@ -51,7 +52,7 @@ TEST(RunArrays, StatesAndMeasurementsThatAreNotThereAreNaN) {
       {"P", {1, 3, 3, 3}, {x,   x, x,   x, x, x, x,   x, 4.0,  // the first step
                            1.0, x, 0.1, x, x, x, 0.2, x, 2.0,  //
                            1.0, 0, 0,   0, 1, 0, 0,   0, 1.0}},
-      {"names", {3}, {}, {"x", "y", "z:angle"}},
+      {"names", {3}, {}, {"x [m]", "y", "z:angle [rad]"}},
       {"innovation", {1, 3, 2}, {7.0, x, 1.0, 2.0, x, x}},
       {"S", {1, 3, 2, 2}, {9.0, x, x, x, 3.0, 0.3, 0.4, 5.0, x, x, x, x}}};
   EXPECT_EQ(run_arrays(layout_of_three(), steps), npz_bytes(expected));
