@@ -50,10 +50,10 @@ std::vector<std::string> marked_states(const RunLayout& layout) {
   return marked;
 }
 
-void require_radians(const RunLayout& layout) {
+void require_radians(const RunLayout& layout, std::string_view source) {
   for (std::size_t i = 0; i < layout.units.size(); ++i) {
     if (!layout.angles[i] || layout.units[i].empty() || layout.units[i] == "rad") continue;
-    throw std::invalid_argument(fmt::format("state '{}' is an angle, in '{}'; an angle is in rad",
+    throw std::invalid_argument(fmt::format("{}state '{}' is an angle, in '{}'; an angle is in rad", source,
                                             layout.states[i], layout.units[i]));
   }
 }

@@ -22,7 +22,8 @@ StateName state_name(std::string_view text);
 /// states, angles and units. Units only where these would not be known without, and then all.
 std::vector<std::string> marked_states(const RunLayout& layout);
 
-/// Throws std::invalid_argument where an angle is in another unit than rad.
-void require_radians(const RunLayout& layout);
+/// Throws std::invalid_argument where an angle is in another unit than rad; `source`, with which it begins,
+/// says where that is told.
+void require_radians(const RunLayout& layout, std::string_view source = {});
 
 }  // namespace credence::internal

@@ -61,7 +61,7 @@ RunLayout completed(RunLayout layout) {
     layout.units[i] = std::move(state.unit);
   }
   require_names(layout.states);
-  require_radians(layout);
+  require_radians(layout, "layout(): ");
   for (const Block& block : layout.blocks) {
     for (const Index state : block.states) {
       if (state >= 0 && static_cast<std::size_t>(state) < n) continue;

@@ -90,7 +90,7 @@ TEST(CompletedLayout, KeepsTheUnitsThatAWorldTellsAndRefusesThoseThatDoNotFit) {
   EXPECT_EQ(said({.states = {"x"}, .units = {"m", "m/s"}}),
             "layout(): 2 units for 1 states; accepted is one for each, or none");
   EXPECT_EQ(said({.states = {"x", "yaw:angle"}, .units = {"m", "deg"}}),
-            "state 'yaw' is an angle, in 'deg'; an angle is in rad");
+            "layout(): state 'yaw' is an angle, in 'deg'; an angle is in rad");
   EXPECT_EQ(said({.states = {"x", "v [m/s]"}, .units = {"m", "km/h"}}),
             "layout(): state 'v' is in 'km/h', and by its name in 'm/s'");
 }
