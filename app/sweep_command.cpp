@@ -18,6 +18,7 @@
 #include "app/scenario_files.h"
 #include "app/study_runner.h"
 #include "app/tell.h"
+#include "core/append_item.h"
 #include "core/memory_need.h"
 #include "core/version.h"
 #include "montecarlo/scenario/scenario_difference.h"
@@ -153,7 +154,7 @@ void join(const MergeOptions& options, ResultStore& target) {
     target.require_same_scenario(source.scenario());
     target.set_name(source.name());
     const auto count = target.merge_from(source);
-    fmt::print("{}: {} chunks added, {} there already\n", printable_line(directory), count.added,
+    fmt::print("{}: {} added, {} there already\n", printable_line(directory), counted(count.added, "chunk"),
                count.already_there);
   }
   target.commit();

@@ -7,6 +7,9 @@ namespace {
 
 constexpr char32_t kReplacement = 0xFFFD, kLast = 0x10FFFF;
 
+/// 10xxxxxx, which goes on with a code point.
+bool is_continuation(unsigned char byte) { return (byte & 0xC0u) == 0x80u; }
+
 bool is_surrogate(char32_t c) { return c >= 0xD800 && c <= 0xDFFF; }
 
 }  // namespace
@@ -19,8 +22,8 @@ char32_t next_code_point(std::string_view text, std::size_t& position) {
   if (lead < 0xC2 || lead >= 0xF5 || position + length > text.size()) return kReplacement;
   char32_t code_point = lead & (0x3Fu >> length);
   for (unsigned i = 0; i < length; ++i) {
-    const unsigned next = byte(position + i);
-    if ((next & 0xC0u) != 0x80u) return kReplacement;
+    const unsigned char next = byte(position + i);
+    if (!is_continuation(next)) return kReplacement;
     code_point = (code_point << 6) | (next & 0x3Fu);
   }
   // Overlong forms and surrogates are not UTF-8.
@@ -48,6 +51,12 @@ void append_utf8(std::string& out, char32_t c) {
     put(0x80 | ((c >> 6) & 0x3F));
     put(0x80 | (c & 0x3F));
   }
+}
+
+std::string_view beginning_of_text(std::string_view text, std::size_t longest) {
+  if (text.size() <= longest) return text;
+  while (longest > 0 && is_continuation(static_cast<unsigned char>(text[longest]))) --longest;
+  return text.substr(0, longest);
 }
 
 }  // namespace credence::internal

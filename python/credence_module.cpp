@@ -82,13 +82,6 @@ ArrayRows rows_of(const Doubles& array, std::int64_t run) {
 /// A failed run of a bundle: step, outcome, and what was said.
 using Failure = std::tuple<std::int64_t, std::string, std::string>;
 
-Outcome outcome_named(const std::string& name) {
-  for (const Outcome outcome : {Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
-    if (name == to_string(outcome)) return outcome;
-  }
-  throw std::invalid_argument("unknown outcome " + name);
-}
-
 /// The evidence of runs that come bundle by bundle.
 class Collector {
  public:
@@ -176,7 +169,7 @@ class Collector {
     for (const auto& [run, failure] : failures) {
       const auto& [step, outcome, said] = failure;
       ArrayRun& failed = arrays.runs.at(static_cast<std::size_t>(run));
-      failed.failure = RunFailure{.run = run, .step = step, .outcome = outcome_named(outcome)};
+      failed.failure = RunFailure{.run = run, .step = step, .outcome = outcome_named(outcome).value()};
       failed.steps = std::min(failed.steps, step - 1);
     }
     return arrays;

@@ -2,7 +2,6 @@
 
 #include <pybind11/stl.h>
 
-#include <exception>
 #include <utility>
 
 #include "analysis/tuning/black_box_score.h"
@@ -21,8 +20,7 @@ std::vector<FilterFactor> named(const std::vector<std::pair<std::string, double>
   return all;
 }
 
-/// The score of a filter that Python plays. The search is not of Python's kind of exceptions: the first is
-/// kept here, and there are no scores from then on.
+/// The score of a filter that Python plays.
 class PlayedInPython final : public BlackBoxScore {
  public:
   PlayedInPython(const std::vector<std::pair<std::string, double>>& factors, std::int64_t runs,
@@ -30,26 +28,17 @@ class PlayedInPython final : public BlackBoxScore {
       : BlackBoxScore(named(factors)), runs_(runs), play_(play) {}
 
   Index units() const override { return runs_; }
-  void rethrow() const {
-    if (thrown_) std::rethrow_exception(thrown_);
-  }
 
  protected:
   UnitScores play(const std::vector<double>& factors) const override {
+    const auto played = play_(factors).cast<PlayedScores>();
     UnitScores scores;
-    scores.ok = false;
-    if (thrown_) return scores;
-    try {
-      const auto played = play_(factors).cast<PlayedScores>();
-      scores.value = taken(std::get<0>(played));
-      scores.nis = taken(std::get<1>(played));
-      scores.lag_one = taken(std::get<2>(played));
-      scores.steps = std::get<3>(played);
-      scores.dof = std::get<4>(played);
-      scores.ok = std::get<5>(played) && scores.value.allFinite() && scores.steps > 0.0;
-    } catch (...) {
-      thrown_ = std::current_exception();
-    }
+    scores.value = taken(std::get<0>(played));
+    scores.nis = taken(std::get<1>(played));
+    scores.lag_one = taken(std::get<2>(played));
+    scores.steps = std::get<3>(played);
+    scores.dof = std::get<4>(played);
+    scores.ok = std::get<5>(played) && scores.value.allFinite() && scores.steps > 0.0;
     return scores;
   }
 
@@ -63,7 +52,6 @@ class PlayedInPython final : public BlackBoxScore {
 
   Index runs_;
   py::function play_;
-  mutable std::exception_ptr thrown_;
 };
 
 Document filter_document(const Tuning& tuning) {
@@ -85,15 +73,8 @@ Document filter_document(const Tuning& tuning) {
 Told tune_filter(const std::vector<std::pair<std::string, double>>& factors, std::int64_t runs,
                  double confidence, const py::function& play) {
   const PlayedInPython score(factors, runs, play);
-  Document document;
-  try {
-    document = filter_document(tune(score, Vector::Zero(score.parameters()), confidence));
-  } catch (const std::invalid_argument&) {
-    score.rethrow();
-    throw;
-  }
-  score.rethrow();
-  return {.p_value = kNaN, .document = std::move(document)};
+  return {.p_value = kNaN,
+          .document = filter_document(tune(score, Vector::Zero(score.parameters()), confidence))};
 }
 
 }  // namespace credence::internal

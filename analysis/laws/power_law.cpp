@@ -1,9 +1,9 @@
 #include "analysis/laws/power_law.h"
 
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <stdexcept>
 
+#include "analysis/laws/mean/student.h"
 #include "core/nan.h"
 #include "core/types.h"
 
@@ -37,7 +37,7 @@ PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y) {
   const double dof = static_cast<double>(x.size()) - 2.0;
   if (dof > 0.0) {
     const double error = std::sqrt((dy - law.exponent * dx).squaredNorm() / dof / spread);
-    const double t = quantile(boost::math::students_t(dof), 0.975);
+    const double t = student_quantile_two_sided(0.95, dof);
     law.lower = law.exponent - t * error;
     law.upper = law.exponent + t * error;
   }

@@ -28,8 +28,8 @@ struct ExactMoments {
 ///
 /// Σ_0 = P0 of `truth`; Σ⁻ = F Σ Fᵀ + G Q Gᵀ; Σ = (I − K H) Σ⁻ (I − K H)ᵀ + K R Kᵀ with the filter's K, S and
 /// P. `steps` come from `linear_filter_steps` for the model that the filter assumes, which has the same F
-/// and H as the truth. Ends before the first step that is not ok. Singular P is legal. O(n³) a step.
-/// Throws std::invalid_argument for steps of other sizes than the model's.
+/// and H as the truth. Ends before the first step that is not ok or whose NEES or NIS is not finite. Singular
+/// P is legal. O(n³) a step. Throws std::invalid_argument for steps of other sizes than the model's.
 std::vector<ExactMoments> exact_moments(const LinearModel& truth, const std::vector<LinearFilterStep>& steps);
 
 /// The same for a filter that may have another F or H: the covariance is then that of [e; x]

@@ -69,7 +69,8 @@ struct PlanarStability {
 inline constexpr double kPlanarResolution = 2e-3;
 
 /// Follows the filter of `scenario` for `loops` >= 4 loops: with its inflation by every solution there is
-/// (pairwise, exact, and for the map the sequential one), with Jacobians at the truth and in a noisy run.
+/// (pairwise and exact; for the map sequential, batch and drop as well), with Jacobians at the truth and in a
+/// noisy run.
 ///
 /// Throws std::invalid_argument for fewer loops, a world that is not planar, and a constant inflation.
 /// O(loops · steps · n³).

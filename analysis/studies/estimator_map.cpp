@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "montecarlo/engine/ranks.h"
+
 namespace credence::internal {
 
 Verdict EstimatorMap::verdict(std::size_t point, std::size_t e) const {
@@ -74,7 +76,9 @@ EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& 
     };
     map.studies.push_back(study_estimators(point.scenario, of_point));
     map.complete = map.studies.back().complete;
-    if (!map.complete) return map;
+    const bool stopped = options.stop != nullptr && options.stop->load();
+    // A helper's studies are never complete; it is told otherwise when there is no more to do.
+    if (!map.complete && (stopped || !is_helper(options.ranks))) return map;
     before += point.scenario.study.runs;
   }
   for (const EstimatorRow& row : map.studies.front().rows) map.names.push_back(row.name);

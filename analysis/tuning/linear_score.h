@@ -37,6 +37,8 @@ class LinearScore final : public ScoreModel {
   bool has_gradient() const override { return true; }
   UnitScores scores(const Vector& phi, bool gradient) const override;
   Matrix expected_information(const Vector& phi) const override;
+  Vector scaled(const Vector& phi, const Vector& t) const override { return parameters_.scaled(phi, t); }
+  Matrix scale_directions(const Vector& phi) const override { return parameters_.scale_directions(phi); }
 
   void forget_stop() { stop_ = nullptr; }
   void watch(PlayCount::Watch watch) { played_.watch(std::move(watch)); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <nlopt.hpp>
 #include <stdexcept>
 
@@ -17,7 +18,7 @@ constexpr int kMostRestartsOfSearch = 5;   // from the best point, where some ha
 /// The search in the free coordinates over their scales, with the best point so far.
 class Search {
  public:
-  Search(const ScoreModel& model, const Vector& start, const SearchBox& box, const std::vector<bool>& free,
+  Search(const ScoreFunction& model, const Vector& start, const SearchBox& box, const std::vector<bool>& free,
          const Vector& scale)
       : model_(model), best_{.phi = start}, box_(box), scale_(scale) {
     if ((start.array() < box.lower.array()).any() || (start.array() > box.upper.array()).any()) {
@@ -68,8 +69,9 @@ class Search {
     try {
       search.optimize(x, value);
     } catch (const std::runtime_error&) {
-      // A line search that rounding ends: the best point is kept all the same.
+      // A line search that rounding ends, where the best point is kept all the same, or what the model threw.
     }
+    if (thrown_) std::rethrow_exception(thrown_);
   }
 
   /// The first step is as long as the gradient: from far away it would jump over everything.
@@ -80,8 +82,15 @@ class Search {
     if (longest > kLongestFirstStep) softening_ = kLongestFirstStep / longest;
   }
 
+  /// NLopt would make its own of an exception of the model.
   static double objective(const std::vector<double>& x, std::vector<double>& gradient, void* search) {
-    return static_cast<Search*>(search)->evaluate(x, gradient);
+    auto& self = *static_cast<Search*>(search);
+    try {
+      return self.evaluate(x, gradient);
+    } catch (...) {
+      self.thrown_ = std::current_exception();
+      throw nlopt::forced_stop();
+    }
   }
 
   double evaluate(const std::vector<double>& x, std::vector<double>& gradient) {
@@ -108,7 +117,7 @@ class Search {
     return value * softening_;
   }
 
-  const ScoreModel& model_;
+  const ScoreFunction& model_;
   Maximum best_;
   const SearchBox& box_;
   const Vector& scale_;
@@ -117,11 +126,12 @@ class Search {
   double softening_ = 1.0;  ///< of the objective
   double worst_ = 0.0;      ///< score so far
   int refused_ = 0;         ///< points of this search without scores
+  std::exception_ptr thrown_{};
 };
 
 }  // namespace
 
-Maximum maximise(const ScoreModel& model, const Vector& start, const SearchBox& box,
+Maximum maximise(const ScoreFunction& model, const Vector& start, const SearchBox& box,
                  const std::vector<bool>& free, const Vector& scale) {
   return Search(model, start, box, free, scale).run();
 }

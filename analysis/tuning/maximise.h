@@ -24,8 +24,9 @@ struct Maximum {
 /// some; where there was one, the search begins again from the best, with half the step, while that gains.
 ///
 /// scale: by how much each coordinate has to move for the sum to change by about 1; the search ends where
-/// nothing moves by a thousandth of it. Throws std::invalid_argument for a start outside the box.
-Maximum maximise(const ScoreModel& model, const Vector& start, const SearchBox& box,
+/// nothing moves by a thousandth of it. Throws std::invalid_argument for a start outside the box, and what
+/// the model throws.
+Maximum maximise(const ScoreFunction& model, const Vector& start, const SearchBox& box,
                  const std::vector<bool>& free, const Vector& scale);
 
 }  // namespace credence::internal

@@ -179,6 +179,35 @@ std::vector<NoiseDerivative> NoiseParameters::derivatives(const Vector& phi) con
   return derivatives;
 }
 
+Index NoiseParameters::place_of(const Coordinate& coordinate) const {
+  return std::ranges::find(free_, coordinate.of) - free_.begin();
+}
+
+Vector NoiseParameters::scaled(const Vector& phi, const Vector& t) const {
+  Vector scaled = phi;
+  for (Index i = 0; i < size(); ++i) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(i)];
+    const double of_it = t[place_of(c)];
+    if (c.of.form != NoiseForm::full) {
+      scaled[i] += of_it;
+    } else if (c.row == c.column) {
+      scaled[i] += 0.5 * of_it;
+    } else {
+      scaled[i] *= std::exp(0.5 * of_it);
+    }
+  }
+  return scaled;
+}
+
+Matrix NoiseParameters::scale_directions(const Vector& phi) const {
+  Matrix directions = Matrix::Zero(size(), std::ssize(free_));
+  for (Index i = 0; i < size(); ++i) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(i)];
+    directions(i, place_of(c)) = c.of.form != NoiseForm::full ? 1.0 : c.row == c.column ? 0.5 : 0.5 * phi[i];
+  }
+  return directions;
+}
+
 std::vector<NoiseValue> NoiseParameters::values(const Vector& phi) const {
   const LinearModel model = at(phi);
   std::vector<NoiseDerivative> derivatives = this->derivatives(phi);

@@ -65,6 +65,10 @@ class NoiseParameters {
   LinearModel at(const Vector& phi) const;
   std::vector<NoiseDerivative> derivatives(const Vector& phi) const;
 
+  /// φ with each of the free covariances multiplied by exp(t), and ∂φ/∂t at t = 0, a column for each.
+  Vector scaled(const Vector& phi, const Vector& t) const;
+  Matrix scale_directions(const Vector& phi) const;
+
   /// As many as there are coordinates: factors, variances, elements of the lower triangle.
   std::vector<NoiseValue> values(const Vector& phi) const;
 
@@ -77,6 +81,8 @@ class NoiseParameters {
   };
 
   Matrix root(NoiseMatrix matrix, const Vector& phi) const;
+  /// Where among the free ones the covariance of a coordinate stands.
+  Index place_of(const Coordinate& coordinate) const;
 
   LinearModel model_;
   std::vector<FreeNoise> free_;

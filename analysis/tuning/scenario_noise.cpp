@@ -121,7 +121,10 @@ class LinearScenarioScore final : public ScenarioScore {
     if (parameter == "R") return {"filter.measurement_scale", scenario_.filter.measurement_scale};
     if (parameter == "P0") return {"factor of filter.P0", 1.0};
     if (parameter.starts_with("L_")) return {parameter, 1.0};
-    return {"filter." + parameter, 1.0};
+    const double scale = parameter.starts_with("Q[")   ? scenario_.filter.process_scale
+                         : parameter.starts_with("R[") ? scenario_.filter.measurement_scale
+                                                       : 1.0;
+    return {"filter." + parameter, 1.0 / scale};  // the scale is applied to the matrix of the key
   }
 
   void forget_stop() override { score_.forget_stop(); }

@@ -13,6 +13,7 @@
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/normal_quantile.h"
+#include "analysis/tuning/scale_search.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/number_text.h"
 
@@ -69,8 +70,11 @@ class Tuner {
     return 0.5 * std::log(kWidestNormalRatio) / normal_quantile_two_sided(tuning_.confidence);
   }
 
-  /// Seeks all free coordinates, and holds one after the other that the data do not determine.
+  /// Seeks all free coordinates, from the best scales of their covariances, and holds one after the other
+  /// that the data do not determine.
   void find() {
+    tuning_.phi = best_scales(model_, tuning_.start, kReach);
+    box_ = reaching_from(tuning_.phi);
     while (std::ranges::find(free_, true) != free_.end()) {
       tuning_.estimate = estimate_score(model_, tuning_.phi, box_, free_, scale_);
       if (!tuning_.estimate.ok) throw std::invalid_argument("the search left the filters that have scores");

@@ -49,11 +49,14 @@ class EkfSlam : public internal::SlamPhases<Model> {
   static constexpr double kMostCancellation = 1e8;  ///< of tr(R⁻¹ S), for P − W Wᵀ
 
   /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric psd. No
-  /// bit depends on the instruction set, which must be there.
+  /// bit depends on the instruction set, which must be there. Throws std::invalid_argument for a sequential
+  /// rule with an R that is not diagonal.
   EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
           std::span<const internal::Anchor<Model>> anchors = {},
           internal::InstructionSet set = internal::best_instruction_set())
       : Phases(std::move(model), Q, R, anchors), rule_(std::move(rule)), P_(kPose, set), factor_(set) {
+    if (rule_.is_sequential() && !R.isDiagonal(0.0))
+      throw std::invalid_argument("a sequential rule needs a diagonal measurement noise R");
     const Eigen::LLT<MeasurementMatrix> R_llt(R);
     R_is_definite_ = R_llt.info() == Eigen::Success;
     if (R_is_definite_) R_inverse_ = R_llt.solve(MeasurementMatrix::Identity());

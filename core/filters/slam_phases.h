@@ -20,7 +20,7 @@ struct Observation {
 
 /// What an update did.
 struct UpdateResult {
-  bool ok = true;            ///< false: S was not positive definite and nothing was changed
+  bool ok = true;            ///< false: S was not positive definite; the filter is not to be used any more
   double nis = 0.0;          ///< νᵀ S⁻¹ ν of the batch, 0 if nothing known was seen
   Index dof = 0;             ///< dimension of ν: known landmarks and anchors seen × kMeasurement
   Index initialised = 0;     ///< landmarks seen for the first time

@@ -58,7 +58,6 @@ Matrix directions(const BlockLayout& layout, const MatrixRef& G, const RankInfla
     case InflationRange::with_vehicle: {
       if (G.rows() != n) throw std::invalid_argument(fmt::format("G has {} rows, not {}", G.rows(), n));
       const Matrix vehicle = range_of(G);
-      if (spec.rank == 0) return U;
       if (spec.rank < vehicle.cols()) {
         throw std::invalid_argument(fmt::format("inflation_rank = {} cannot contain the {} directions of G",
                                                 spec.rank, vehicle.cols()));

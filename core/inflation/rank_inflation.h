@@ -31,7 +31,8 @@ Index max_inflation_rank(const internal::BlockLayout& layout, InflationRange ran
 /// The directions are uniformly distributed in the range and depend on the seed only (std::mt19937_64 with
 /// Box-Muller, columns in order), so that the range of a lower rank lies within that of a higher one.
 /// G is n×q, needed for with_vehicle. Throws std::invalid_argument for a rank that does not fit
-/// (with_vehicle: from 1 to below rank G too), a negative or infinite scale, or a G of other height.
+/// (with_vehicle: from 1 to below rank G too), a negative or infinite scale, or, of a rank above 0, a G of
+/// other height.
 Matrix rank_inflation(const internal::BlockLayout& layout, const MatrixRef& G, const RankInflation& spec);
 
 }  // namespace credence

@@ -8,6 +8,7 @@ namespace credence::internal {
 namespace {
 
 constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
+constexpr double kNearlyThere = 1e-8;  // of an iteration whose next step is about the square of the last
 constexpr Index kMostFactors = 40;
 constexpr Index most_rotations(Index n) { return 8 * n * n; }
 
@@ -55,7 +56,6 @@ inline void take_multiples(const double* __restrict x, double a, const double* _
 
 template <Index n>
 bool InverseRoot::iterate() {
-  constexpr double kNearlyOne = 1e-8;  // whose square is rounding
   double M[n][n];
 #pragma GCC unroll 6
   for (Index j = 0; j < n; ++j) {
@@ -92,7 +92,7 @@ bool InverseRoot::iterate() {
       }
       trace += M[j][j];
     }
-    if (beside > kNearlyOne) continue;
+    if (beside > kNearlyThere) continue;
     put(1.5, -0.5, M);  // (I + E)^{-1/2} = I − ½ E
     return true;
   }
@@ -119,11 +119,11 @@ bool InverseRoot::of_three() {
   const double below = c - a * b, determinant = of_a * of_b - below * below, second = of_a + of_b + of_c;
   if (!(of_a > 0.0) || !(of_b > 0.0) || !(of_c > 0.0) || is_singular(3, determinant / second)) return false;
   const double i3 = std::sqrt(determinant);
-  double i2 = std::sqrt(second + 6.0 * i3), i1 = 0.0;
-  for (double step = i2; step > kRoundOff * i2;) {
-    i1 = std::sqrt(3.0 + 2.0 * i2);
+  double i2 = std::sqrt(second + 6.0 * i3), i1 = std::sqrt(3.0 + 2.0 * i2);
+  for (double step = i2; step > kNearlyThere * i2;) {
     step = i1 * (i2 * i2 - second - 2.0 * i1 * i3) / (2.0 * (i1 * i2 - i3));
     i2 -= step;
+    i1 = std::sqrt(3.0 + 2.0 * i2);
   }
   double M[3][3] = {{i1 + i3, i1 * a, i1 * b}, {0.0, i1 + i3, i1 * c}, {0.0, 0.0, i1 + i3}};
   if (!sweep<3>(M)) return false;

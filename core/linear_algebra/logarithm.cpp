@@ -51,7 +51,7 @@ double natural_logarithm(double x) {
 }
 
 double log_of_product(const double* x, Index count, Index stride) {
-  constexpr double kFar = 1e140;
+  constexpr double kFar = 1e140, kNear = 1e34;  // four of the latter are not far
   double product = 1.0;
   int exponent = 0;
   const auto set_apart = [&exponent](double& value) {
@@ -60,12 +60,24 @@ double log_of_product(const double* x, Index count, Index stride) {
     value = binary.mantissa;
     exponent += binary.exponent;
   };
-  for (Index i = 0; i < count; ++i) {
-    double factor = x[i * stride];
+  const auto is_near = [](double factor) { return factor < kNear && factor > 1.0 / kNear; };
+  for (Index i = 0; i < count;) {
+    const double* const next = x + i * stride;
+    double factor = next[0];
+    if (i + 4 <= count) {
+      const double second = next[stride], third = next[2 * stride], fourth = next[3 * stride];
+      if (is_near(factor) && is_near(second) && is_near(third) && is_near(fourth)) {
+        product *= (factor * second) * (third * fourth);
+        set_apart(product);
+        i += 4;
+        continue;
+      }
+    }
     if (!(factor > 0.0 && std::isfinite(factor))) return natural_logarithm(factor);
     set_apart(factor);
     product *= factor;
     set_apart(product);
+    ++i;
   }
   const Binary binary = split(product);
   return logarithm_of(binary.mantissa, exponent + binary.exponent);

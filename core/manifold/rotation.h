@@ -1,7 +1,6 @@
 #pragma once
 
-#include <cmath>
-
+#include "core/manifold/trigonometric_series.h"
 #include "core/manifold/trigonometry.h"
 #include "core/types.h"
 
@@ -24,12 +23,8 @@ inline Eigen::Vector2d quarter_turn(const Eigen::Vector2d& v) { return {-v[1], v
 
 /// V(φ) = ∫₀¹ R(tφ) dt: exp of (φ, ξ) in SE(2) has the translation V(φ) ξ, of SE_{1+N}(2) each of its 1 + N.
 inline Eigen::Matrix2d exponential_factor(double angle_rad) {
-  // (sin φ)/φ and (1 − cos φ)/φ, by their series where the quotients lose digits.
-  const double q = angle_rad * angle_rad;
-  const bool small = q < 1e-8;
-  const double a = small ? 1.0 - q / 6.0 : sine(angle_rad) / angle_rad;
-  const double half = sine(0.5 * angle_rad);
-  const double b = small ? 0.5 * angle_rad : 2.0 * half * half / angle_rad;
+  const TrigonometricSeries s = trigonometric_series(angle_rad);
+  const double a = s.s1, b = angle_rad * s.s2;
   Eigen::Matrix2d V;
   V << a, -b, b, a;
   return V;
@@ -44,11 +39,8 @@ inline Eigen::Matrix2d logarithm_factor(double angle_rad) {
 /// W(φ) = ∫₀¹ V(sφ) s ds: the left Jacobian of exp in SE_{1+N}(2), exp(ξ + ε) = exp(𝒥 ε) exp(ξ) to first
 /// order, takes (ε_φ, ε_i) to (ε_φ, V(φ) ε_i − J W(φ) ξ_i ε_φ).
 inline Eigen::Matrix2d exponential_curvature(double angle_rad) {
-  const double q = angle_rad * angle_rad;
-  const bool small = std::abs(angle_rad) < 1e-3;
-  const double half = sine(0.5 * angle_rad);
-  const double a = small ? 0.5 - q / 24.0 : 2.0 * half * half / q;  // (1 − cos φ)/φ²
-  const double b = small ? angle_rad * (1.0 / 6.0 - q / 120.0) : (angle_rad - sine(angle_rad)) / q;
+  const TrigonometricSeries s = trigonometric_series(angle_rad);
+  const double a = s.s2, b = angle_rad * s.s3;
   Eigen::Matrix2d W;
   W << a, -b, b, a;
   return W;

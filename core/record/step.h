@@ -41,8 +41,10 @@ inline Innovation nis_alone(double nis) { return {.nu = Vector::Constant(1, nis)
 
 /// Whether the components `kept` of an innovation make up observations of `piece` components each.
 inline bool are_complete(std::span<const Index> kept, Index piece) {
+  const auto at = [&](Index k) { return kept[static_cast<std::size_t>(k)]; };
   for (Index k = 0; k < std::ssize(kept); ++k) {
-    if (kept[static_cast<std::size_t>(k)] % piece != k % piece) return false;
+    const Index first = at(k - k % piece);
+    if (first % piece != 0 || at(k) != first + k % piece) return false;
   }
   return std::ssize(kept) % piece == 0;
 }

@@ -10,8 +10,8 @@
 
 namespace credence::internal {
 
-/// The function of one instruction set. It returns how many elements it did from the front; the next few hold
-/// one that takes the long way, or there are fewer than a pack.
+/// The function of one instruction set. It returns how many elements it did from the front; the next few, at
+/// most a pack, hold one that takes the long way.
 struct TrigonometryKernel {
   std::size_t (*arc_tangents)(const double* y, const double* x, double* out, std::size_t count);
   std::size_t lanes;  ///< elements of a pack

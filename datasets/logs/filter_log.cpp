@@ -82,10 +82,10 @@ void FilterLogReader::read_comment(std::string_view line) {
   const std::size_t at = line.find(kAtStep);
   const double step =
       at == std::string_view::npos ? 0.0 : parse_finite(line.substr(at + kAtStep.size())).value_or(0.0);
-  const std::string outcome(line.substr(0, at));
-  const bool known = outcome == "diverged" || outcome == "not_positive_definite";
-  if (!known || step < 1.0 || step > static_cast<double>(kLargestStep) || std::floor(step) != step) {
-    lines_.fail("accepted is '# failed: diverged at step N' or '# failed: not_positive_definite at step N'");
+  const Outcome outcome = outcome_named(line.substr(0, at)).value_or(Outcome::ok);
+  if (outcome == Outcome::ok || step < 1.0 || step > static_cast<double>(kLargestStep) ||
+      std::floor(step) != step) {
+    lines_.fail("accepted is '# failed: diverged at step N', with not_positive_definite or threw likewise");
   }
   failure_ = Failure{outcome, static_cast<std::int64_t>(step) + (from_zero_ ? 1 : 0)};
 }
@@ -360,10 +360,6 @@ bool FilterLogReader::next(Step& row) {
 
 namespace {
 
-Outcome outcome_named(const std::string& name) {
-  return name == to_string(Outcome::diverged) ? Outcome::diverged : Outcome::not_positive_definite;
-}
-
 void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*options*/, LogSink& judged) {
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
@@ -375,7 +371,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   const auto end_failed = [&] {
     if (!reader.failure()) return;
     if (!open) sink.begin_run(reader.layout());  // it failed before its first row
-    sink.end_run(outcome_named(reader.failure()->outcome), reader.failure()->step);
+    sink.end_run(reader.failure()->outcome, reader.failure()->step);
     open = false;
   };
   DistanceTravelled travelled;

@@ -42,7 +42,7 @@ class FilterLogReader {
   /// A line "# failed: OUTCOME at step N" just before the row last read, or the end: how the run before it
   /// ended.
   struct Failure {
-    std::string outcome;  ///< "diverged" or "not_positive_definite"
+    Outcome outcome = Outcome::diverged;
     std::int64_t step = 0;
   };
   const std::optional<Failure>& failure() const { return failure_; }

@@ -428,7 +428,6 @@ void require_commas(std::string_view line) {
 }  // namespace
 
 FilterLogHeader parse_filter_log_header(std::string_view line) {
-  if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // the byte order mark that some tools write
   require_commas(line);
   HeaderParser parser;
   Index column = 0;

@@ -22,6 +22,7 @@ LineReader::LineReader(std::filesystem::path file)
     : file_(std::move(file)), in_(open_data(file_)), buffer_(kFirstBuffer + kReadable) {
   fill();
   refuse_utf16(file_, {buffer_.data(), end_});
+  begin_ = std::string_view(buffer_.data(), end_).starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
 }
 
 bool LineReader::fill() {

@@ -106,6 +106,7 @@ const LogFormat& log_format_of(const std::filesystem::path& file, std::string_vi
   beginning.resize(static_cast<std::size_t>(in.gcount()));
   if (beginning.empty()) throw DataError(file, "", "is empty, or cannot be read");
   refuse_utf16(file, beginning);
+  if (beginning.starts_with(kByteOrderMark)) beginning.erase(0, kByteOrderMark.size());
   refuse_hdf5(file, beginning);
   for (const LogFormat& format : log_formats()) {
     if (format.recognises(beginning, file)) return format;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/append_item.h"
+
 namespace credence::internal {
 
 TruthFiles::TruthFiles(std::span<const std::filesystem::path> logs, std::vector<std::string> truths)
@@ -12,8 +14,8 @@ TruthFiles::TruthFiles(std::span<const std::filesystem::path> logs, std::vector<
   if (truths_.empty()) return;
   if (truths_.size() != 1 && truths_.size() != logs_.size()) {
     throw std::invalid_argument(
-        fmt::format("--truth: {} files for {} logs; accepted is one for all, or one for each", truths_.size(),
-                    logs_.size()));
+        fmt::format("--truth: {} for {}; accepted is one for all, or one for each",
+                    counted(truths_.size(), "file"), counted(logs_.size(), "log")));
   }
 }
 

@@ -75,8 +75,8 @@ class ResultStore {
   std::string tool_version() const;
 
   /// Makes sure that the store belongs to this canonical text (of a Scenario or SweepPlan), or takes it when
-  /// there is none yet. Throws with the difference, key by key, when anything but study.runs or
-  /// study.confidence differs; these two are taken over.
+  /// there is none yet. Throws with the difference, key by key, when anything but study.runs,
+  /// study.stop or study.confidence differs; these are taken over.
   void require_same_scenario(std::string_view canonical);
 
   /// Adds a configuration, once; again with the same text it does nothing.

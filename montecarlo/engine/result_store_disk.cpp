@@ -29,7 +29,7 @@ constexpr double kLeastRoom = 128 * 1024;  ///< for it, the first pages and the 
 bool has_room(const std::filesystem::path& database) {
   struct statvfs room {};
   if (statvfs(database.parent_path().c_str(), &room) != 0 || room.f_blocks == 0) return true;
-  return static_cast<double>(room.f_bfree) * static_cast<double>(room.f_frsize) >= kLeastRoom;
+  return static_cast<double>(room.f_bavail) * static_cast<double>(room.f_frsize) >= kLeastRoom;
 }
 
 void require_room(const std::filesystem::path& database) {

@@ -56,6 +56,14 @@ std::string_view to_string(Outcome outcome) {
   return "unknown";
 }
 
+std::optional<Outcome> outcome_named(std::string_view word) {
+  for (const Outcome outcome :
+       {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
+    if (word == to_string(outcome)) return outcome;
+  }
+  return std::nullopt;
+}
+
 void StepStatistics::merge(const StepStatistics& other) {
   for (std::size_t i = 0; i < quantities.size(); ++i) quantities[i].merge(other.quantities[i]);
   nees_dof += other.nees_dof;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,8 @@ enum class Outcome : std::uint32_t {
 
 /// "ok", "diverged", "not_positive_definite" or "threw".
 std::string_view to_string(Outcome outcome);
+/// The one of that name; nothing for another word.
+std::optional<Outcome> outcome_named(std::string_view word);
 
 /// A run that did not end well, and the step (from 1) at which that was seen; it counts up to the step
 /// before.

@@ -177,19 +177,21 @@ const double* IntermittentLanes::values(Index step, int value) const {
 void IntermittentLanes::find_failures() {
   const auto find = [&](Index k) {
     const double *check = values(k, kCheckValue), *nees = values(k, kNeesValue), *nis = values(k, kNisValue);
+    const double* trace = values(k, kTracePriorValue);
     for (int lane = 0; lane < runs_; ++lane) {
       RunFailure& end = ended_[at(lane)];
-      const bool ok = check[lane] == 0.0 && std::isfinite(nees[lane]) && std::isfinite(nis[lane]);
+      const bool ok = check[lane] == 0.0 && trace[lane] < kLargestTrace && std::isfinite(nees[lane]) &&
+                      std::isfinite(nis[lane]);
       if (ok || end.outcome != Outcome::ok) continue;
       end = {first_run_ + lane, step_ - count_ + k + 1, Outcome::not_positive_definite};
       failed_ = true;
     }
   };
   for (Index k = 0; k < count_; ++k) {
-    // A sum of numbers of which none is positive, or of one that is not finite.
-    const auto finite = [&](int value) { return std::isfinite(mean_[at(k * kIntermittentValues + value)]); };
-    const bool ok =
-        mean_[at(k * kIntermittentValues + kCheckValue)] == 0.0 && finite(kNeesValue) && finite(kNisValue);
+    // A sum of numbers of which none is positive, of positive ones, or of one that is not finite.
+    const auto mean = [&](int value) { return mean_[at(k * kIntermittentValues + value)]; };
+    const bool ok = mean(kCheckValue) == 0.0 && mean(kTracePriorValue) < kLargestTrace / kTile &&
+                    std::isfinite(mean(kNeesValue)) && std::isfinite(mean(kNisValue));
     if (!ok) find(k);
   }
 }

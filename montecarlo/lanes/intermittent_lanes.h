@@ -29,6 +29,10 @@ struct IntermittentProblem {
   std::vector<LinearModel> assumed_period() const;
 };
 
+/// Of the trace of P before an update, from where on a run ends, as not positive definite: the variance of
+/// the squares of such errors is no number.
+inline constexpr double kLargestTrace = 1e150;
+
 /// LinearFilter for 32 runs of a monobot at a time, each with the measurements and so the P, K and S of its
 /// own, one run a SIMD lane: what LinearFilter computes, to rounding.
 ///

@@ -1,5 +1,7 @@
 #include "montecarlo/scenario/leading_comment.h"
 
+#include "core/utf8.h"
+
 namespace credence::internal {
 
 std::string leading_comment(std::istream& scenario) {
@@ -12,7 +14,7 @@ std::string leading_comment(std::istream& scenario) {
     text += (text.empty() ? "" : " ");
     text += line.substr(begin, end - begin + 1);
   }
-  return text.substr(0, kLongest);
+  return std::string(beginning_of_text(text, kLongest));
 }
 
 }  // namespace credence::internal

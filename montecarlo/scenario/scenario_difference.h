@@ -10,8 +10,8 @@ namespace credence::internal {
 ///   - world.landmarks = 2
 ///   + world.landmarks = 3
 ///
-/// with - for `stored` and + for `asked`; empty when nothing does. study.runs and study.confidence are passed
-/// over: more runs extend a study, and a verdict is made from what is stored.
+/// with - for `stored` and + for `asked`; empty when nothing does. study.runs, study.stop and
+/// study.confidence are passed over: more runs extend a study, and a verdict is made from what is stored.
 std::string scenario_difference(std::string_view stored, std::string_view asked);
 
 }  // namespace credence::internal

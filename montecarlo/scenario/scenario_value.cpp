@@ -5,17 +5,15 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/utf8.h"
+
 namespace credence::internal {
 namespace {
 
 constexpr std::size_t kLongestText = 60;
 
-/// Cut between two characters of UTF-8, where 10xxxxxx continues one.
-std::string shortened(std::string text, std::size_t longest = kLongestText) {
-  if (text.size() <= longest) return text;
-  std::size_t end = longest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  return text.substr(0, end) + "...";
+std::string shortened(const std::string& text, std::size_t longest = kLongestText) {
+  return text.size() <= longest ? text : std::string(beginning_of_text(text, longest)) + "...";
 }
 
 std::string escaped(std::string_view text, std::string_view also) {

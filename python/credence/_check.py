@@ -85,14 +85,14 @@ def collector(
     )
 
 
-def _require_between(value: Any, argument: str, least: float, most: float) -> None:
+def require_between(value: Any, argument: str, least: float, most: float) -> None:
     number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     if not number or not least <= value <= most:
         raise ValueError(f"{argument} = {value!r}: expected {least} to {most}")
 
 
 def require_confidence(confidence: float) -> None:
-    _require_between(confidence, "confidence", 0.5, 0.999999)
+    require_between(confidence, "confidence", 0.5, 0.999999)
 
 
 def require_whole(value: Any, argument: str, least: int, most: int) -> int:
@@ -175,8 +175,8 @@ def check(
         raise ValueError("estimate says where the errors are: error is None")
     require_confidence(confidence)
     require_threads(threads)
-    _require_between(within, "within", 0.001, 10)
-    _require_between(dt, "dt", 0, 1e6)
+    require_between(within, "within", 0.001, 10)
+    require_between(dt, "dt", 0, 1e6)
     require_text(name, "name")
 
     nus = {} if innovation is None else _by_sensor(innovation)

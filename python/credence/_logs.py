@@ -7,7 +7,7 @@ from typing import Optional, Sequence, Union
 
 from . import _credence
 from ._arrays import require_text, system_path
-from ._check import Progress, require_confidence, require_threads
+from ._check import Progress, require_between, require_confidence, require_threads
 from ._messages import names_arguments
 from ._result import Result
 
@@ -67,6 +67,8 @@ def check_logs(
     require_confidence(confidence)
     require_threads(threads)
     require_text(name, "name")
+    require_between(within, "within", 0.001, 10)
+    require_between(max_time_difference, "max_time_difference", 1e-9, 1e9)
     if isinstance(time_offset, str) and time_offset not in ("estimate", "each"):
         raise ValueError(f"time_offset = {time_offset!r}: expected seconds, 'estimate' or 'each'")
     if truth_time not in ("interpolated", "nearest"):

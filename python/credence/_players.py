@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures.process
+import itertools
 import multiprocessing
 import pickle
 from typing import Any, Callable, Optional
@@ -39,11 +41,13 @@ class Players:
         pool = self._pool = self._pool or self._started(plan)
         done = 0
         try:
-            waiting = [pool.submit(play_batch, plan, *b) for b in bounds]
-            for place, future in enumerate(waiting):
-                chunk = future.result()
+            rest = iter(bounds)
+            # So many at a time: what is played before it is judged waits in memory.
+            waiting = collections.deque(pool.submit(play_batch, plan, *b) for b in itertools.islice(rest, 2 * self._workers))
+            while waiting:
+                chunk = waiting.popleft().result()
                 done += 1
-                waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
+                waiting.extend(pool.submit(play_batch, plan, *b) for b in itertools.islice(rest, 1))
                 add(chunk)
         except concurrent.futures.process.BrokenProcessPool:
             if not fresh or done > 0:

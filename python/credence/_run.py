@@ -20,14 +20,14 @@ Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
 
 def _toml_value(value: Any) -> str:
+    if hasattr(value, "tolist"):  # numpy
+        value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{_toml_value(str(k))} = {_toml_value(v)}" for k, v in value.items()) + "}"
-    if hasattr(value, "tolist"):  # numpy
-        value = value.tolist()
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_toml_value(v) for v in value) + "]"
     if isinstance(value, (int, float)):

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/append_item.h"
 #include "reports/document/document.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -108,7 +109,7 @@ std::size_t write_report_index(const fs::path& folder, const Provenance& provena
     name.link = encoded_path(report.page.generic_string());
     table.add({std::move(name), report.answer, report.date, report.command});
   }
-  Document document("Reports", fmt::format("{} reports of this folder", reports.size()));
+  Document document("Reports", counted(reports.size(), "report") + " of this folder");
   document.table(std::move(table));
   write_file(folder / kIndexName, html_page(document, {}, provenance));
   return reports.size();

@@ -2,78 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <utility>
 
-#include "core/utf8.h"
 #include "reports/figures/figure_text.h"
+#include "reports/render/latex_words.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {
 namespace {
 
 constexpr double kPgfPoints = kPaperFontPoints / kLabelFont;
-
-// Characters that LaTeX reads as commands, and those that its usual fonts for text lack.
-constexpr std::array<std::pair<char32_t, const char*>, 56> kLatexWords{{
-    {U'\\', "\\textbackslash{}"},
-    {U'{', "\\{"},
-    {U'}', "\\}"},
-    {U'$', "\\$"},
-    {U'&', "\\&"},
-    {U'#', "\\#"},
-    {U'%', "\\%"},
-    {U'_', "\\_"},
-    {U'^', "\\textasciicircum{}"},
-    {U'~', "\\textasciitilde{}"},
-    {U'<', "$<$"},
-    {U'>', "$>$"},
-    {U'|', "$|$"},
-    {U'−', "$-$"},
-    {U'–', "--"},
-    {U'—', "---"},
-    {U'…', "\\ldots{}"},
-    {U'±', "$\\pm$"},
-    {U'×', "$\\times$"},
-    {U'·', "$\\cdot$"},
-    {U'≤', "$\\leq$"},
-    {U'≥', "$\\geq$"},
-    {U'≠', "$\\neq$"},
-    {U'≈', "$\\approx$"},
-    {U'∞', "$\\infty$"},
-    {U'√', "$\\surd$"},
-    {U'‖', "$\\|$"},
-    {U'→', "$\\rightarrow$"},
-    {U'°', "$^\\circ$"},
-    {U'¹', "$^1$"},
-    {U'²', "$^2$"},
-    {U'³', "$^3$"},
-    {U'⁻', "$^-$"},
-    {U'½', "$\\frac12$"},
-    {U'ᵀ', "$^\\top$"},
-    {U'̂', "\\^{}"},
-    {U'α', "$\\alpha$"},
-    {U'β', "$\\beta$"},
-    {U'γ', "$\\gamma$"},
-    {U'δ', "$\\delta$"},
-    {U'ε', "$\\varepsilon$"},
-    {U'θ', "$\\theta$"},
-    {U'λ', "$\\lambda$"},
-    {U'µ', "$\\mu$"},
-    {U'μ', "$\\mu$"},
-    {U'ν', "$\\nu$"},
-    {U'π', "$\\pi$"},
-    {U'ρ', "$\\rho$"},
-    {U'σ', "$\\sigma$"},
-    {U'τ', "$\\tau$"},
-    {U'φ', "$\\varphi$"},
-    {U'χ', "$\\chi$"},
-    {U'ω', "$\\omega$"},
-    {U'Δ', "$\\Delta$"},
-    {U'Φ', "$\\Phi$"},
-    {U'Σ', "$\\Sigma$"},
-}};
 
 std::string pgf_point(CanvasPoint p) {
   return fmt::format("\\pgfqpoint{{{:.3f}bp}}{{{:.3f}bp}}", kPgfPoints * p.x, kPgfPoints * p.y);
@@ -85,21 +23,6 @@ std::string pgf_colour(std::uint32_t rgb) {
 }
 
 }  // namespace
-
-std::string latex_words(std::string_view words) {
-  std::string latex;
-  for (std::size_t i = 0; i < words.size();) {
-    const std::size_t start = i;
-    const char32_t c = next_code_point(words, i);
-    const auto* const known = std::ranges::find(kLatexWords, c, &std::pair<char32_t, const char*>::first);
-    if (known != kLatexWords.end()) {
-      latex += known->second;
-    } else {
-      latex += words.substr(start, i - start);
-    }
-  }
-  return latex;
-}
 
 PgfCanvas::PgfCanvas(double width, double height, std::string_view description) : height_(height) {
   pgf_ = fmt::format(

@@ -27,8 +27,4 @@ class PgfCanvas : public Canvas {
   std::string pgf_;
 };
 
-/// Words as LaTeX is told them: its special characters escaped, Greek letters and signs of mathematics by
-/// their commands, other letters as they are.
-std::string latex_words(std::string_view words);
-
 }  // namespace credence::internal

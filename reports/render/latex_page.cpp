@@ -2,65 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cctype>
-#include <utility>
 #include <variant>
 
+#include "reports/render/latex_words.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {
 namespace {
-
-constexpr auto kTexts = std::to_array<std::pair<std::string_view, std::string_view>>({
-    {"\\", "\\textbackslash{}"},
-    {"{", "\\{"},
-    {"}", "\\}"},
-    {"&", "\\&"},
-    {"%", "\\%"},
-    {"$", "\\$"},
-    {"#", "\\#"},
-    {"_", "\\_"},
-    {"~", "\\textasciitilde{}"},
-    {"^", "\\textasciicircum{}"},
-    {"<", "$<$"},
-    {">", "$>$"},
-    {"−", "$-$"},
-    {"–", "--"},
-    {"—", "---"},
-    {"…", "\\dots{}"},
-    {"×", "$\\times$"},
-    {"±", "$\\pm$"},
-    {"°", "\\textdegree{}"},
-    {"²", "\\textsuperscript{2}"},
-    {"µ", "\\textmu{}"},
-    {"√", "$\\surd$"},
-    {"χ", "$\\chi$"},
-    {"σ", "$\\sigma$"},
-    {"ν", "$\\nu$"},
-    {"Δ", "$\\Delta$"},
-    {"Φ", "$\\Phi$"},
-    {"⁻¹", "\\textsuperscript{$-$1}"},
-    {"ᵀ", "\\textsuperscript{T}"},
-    {"“", "``"},
-    {"”", "''"},
-    {"≤", "$\\le$"},
-    {"≥", "$\\ge$"},
-    {"≫", "$\\gg$"},
-    {"∞", "$\\infty$"},
-    {"·", "$\\cdot$"},
-    {"‖", "$\\|$"},
-    {"▲", "$\\uparrow$"},
-    {"▼", "$\\downarrow$"},
-    {"³", "\\textsuperscript{3}"},
-    {"⁺", "\\textsuperscript{+}"},
-    {"⁻", "\\textsuperscript{$-$}"},
-    {"x̂", "$\\hat{x}$"},
-    {"α", "$\\alpha$"},
-    {"θ", "$\\theta$"},
-    {"π", "$\\pi$"},
-    {"Σ", "$\\Sigma$"},
-});
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
@@ -118,17 +67,7 @@ std::string escape_latex(std::string_view text) {
         continue;
       }
     }
-    bool found = false;
-    for (const auto& [letter, latex] : kTexts) {
-      if (!rest.starts_with(letter)) continue;
-      out += latex;
-      rest.remove_prefix(letter.size());
-      found = true;
-      break;
-    }
-    if (found) continue;
-    out += rest.front();
-    rest.remove_prefix(1);
+    out += take_latex(rest);
   }
   return out;
 }

@@ -289,7 +289,7 @@ TEST_F(CheckCommand, SaysWhatItReadRejectedAndWhere) {
   write("log.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,0,-1\n0.5,0,1\n0.1,0,0\n");
   const Finished f = run({"check", "log.csv", "--sensitivity"});
   EXPECT_EQ(f.code, 3) << f.err;
-  EXPECT_NE(f.out.find("REJECTED: 1 rows, the covariance has a negative variance (first: log.csv:3)"),
+  EXPECT_NE(f.out.find("REJECTED: 1 row, the covariance has a negative variance (first: log.csv:3)"),
             std::string::npos)
       << f.out;
   EXPECT_NE(f.out.find("log.csv:5"), std::string::npos) << f.out;

@@ -23,5 +23,14 @@ TEST(Utf8, WhatIsNoCodePointIsReplaced) {
   }
 }
 
+TEST(Utf8, TextIsCutBetweenCodePoints) {
+  const std::string_view text = "aé😀";  // of 1, 2 and 4 bytes
+  EXPECT_EQ(beginning_of_text(text, 7), text);
+  for (const std::size_t longest : {3U, 4U, 5U, 6U}) EXPECT_EQ(beginning_of_text(text, longest), "aé");
+  for (const std::size_t longest : {1U, 2U}) EXPECT_EQ(beginning_of_text(text, longest), "a");
+  EXPECT_EQ(beginning_of_text(text, 0), "");
+  EXPECT_EQ(beginning_of_text("\x80\x80", 1), "") << "no text";
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -45,10 +45,30 @@ def test_errors_name_arguments_and_not_options_of_the_command(tmp_path):
         credence.check_logs(trajectory, format="tum")
     with pytest.raises(ValueError, match=r"^format excel: accepted are auto, "):
         credence.check_logs(trajectory, format="excel")
-    with pytest.raises(ValueError, match=r"^truth: 3 files for 1 logs"):
+    with pytest.raises(ValueError, match=r"^truth: 3 files for 1 log;"):
         credence.check_logs(trajectory, truth=[trajectory] * 3)
     with pytest.raises(credence.ScenarioError, match=r'^[^-]*noise\.process_variance=-1'):
         credence.run(SCENARIO, **{"noise.process_variance": -1})
+
+
+def test_options_are_those_that_the_command_accepts(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("estimate.x,truth.x,P.1.1\n1,2,3\n")
+    with pytest.raises(ValueError, match=r"^within = -0\.5: expected 0\.001 to 10"):
+        credence.check_logs(file, within=-0.5)
+    for apart in (-1.0, 0.0, float("nan")):
+        with pytest.raises(ValueError, match=r"^max_time_difference = "):
+            credence.check_logs(file, max_time_difference=apart)
+
+
+def test_a_failed_run_has_its_name(tmp_path):
+    file = tmp_path / "dv.csv"
+    rows = "".join(f"{run},{step},{0.1 * run},0,1\n" for run in (105, 106) for step in (1, 2))
+    file.write_text("run,step,estimate.x,truth.x,P.1.1\n" + rows + "# failed: diverged at step 3\n")
+    result = credence.check_logs(file)
+    assert "FAILED: run 106 of dv, diverged at step 3." in str(result)
+    (failure,) = result.to_dict()["outcomes"]["failures"]
+    assert (failure["run"], failure["name"]) == (1, "run 106 of dv")
 
 
 def test_remarks_name_arguments_and_a_lever_arm_is_taken(tmp_path):

@@ -46,6 +46,7 @@ def test_a_sweep_is_a_structured_array(tmp_path):
     assert right["verdict"] == "consistent" and wrong["verdict"] == "optimistic"
     assert wrong["factor_lower"] > 1.0 and wrong["sweep_p_value"] >= wrong["p_value"]
     assert os.path.exists(sweep.report(tmp_path / "out"))
+    assert credence.sweep({**swept, "sweep": {**swept["sweep"], "skip_impossible": np.bool_(True)}}).array.shape == (4,)
     alone = credence.sweep({key: swept[key] for key in ("world", "study")}).array
     assert alone.dtype.names[0] == "verdict" and alone["runs"] == [200]
     file = tmp_path / "scenario.toml"

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
 #include "analysis/laws/joint/multiple_tests.h"
+#include "analysis/laws/normal_quantile.h"
 #include "core/append_item.h"
 #include "core/nan.h"
 
@@ -28,7 +28,7 @@ double standardised_deviation(const ConsistencyVerdict& verdict) {
 /// The standard error of the logarithm that an interval stands for; NaN where it has no such ends.
 double relative_error(const MeanInterval& factor, double confidence) {
   if (!factor.reason.empty() || !(factor.lower > 0.0) || !std::isfinite(factor.upper)) return kNaN;
-  const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);
+  const double z = normal_quantile_two_sided(confidence);
   return std::log(factor.upper / factor.lower) / (2.0 * z);
 }
 

@@ -38,10 +38,10 @@ void tell_mean_at_start(const Findings& findings, CauseFound& start) {
 // Of a filter that is mixed the noise goes beside the start; a start that may be none of P0 comes after it.
 Causes with_the_rest(const Findings& findings, CauseFound start) {
   const bool mixed = findings.nis.verdict == Verdict::mixed || findings.nees.verdict == Verdict::mixed;
+  tell_mean_at_start(findings, start);
   const bool after =
       start.cause == Cause::nonlinear_start || start.cause == Cause::initial_covariance_or_nonlinear_start;
   const bool of_start = after || start.cause == Cause::initial_covariance;
-  tell_mean_at_start(findings, start);
   Causes found = mixed && of_start ? find_wrong_noise(findings) : Causes{};
   found.insert(after ? found.end() : found.begin(), std::move(start));
   return found;

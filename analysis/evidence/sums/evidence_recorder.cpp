@@ -8,7 +8,6 @@
 
 #include "analysis/evidence/causes/relative_place.h"
 #include "analysis/evidence/sums/step_series.h"
-#include "core/linear_algebra/squared_norm.h"
 #include "core/manifold/angle.h"
 #include "core/record/unwrapped_angles.h"
 
@@ -148,6 +147,17 @@ void EvidenceRecorder::reject(OpenRun& run, std::int64_t line, std::string_view 
   for (RunInnovations& innovations : run.innovations) innovations.begin_step();
 }
 
+void EvidenceRecorder::sum_blocks(const StepPlaces& at, const NormalisedStep& step) {
+  squares_.assign(at.of_block.size(), {});
+  for (std::size_t b = 0; b < squares_.size(); ++b) {
+    BlockSquares& of = squares_[b];
+    for (const Index i : at.of_block[b]) {
+      of.claimed += step.variance[i];
+      of.error += step.error[i] * step.error[i];
+    }
+  }
+}
+
 void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& step, StepStatistics& s) const {
   double all = 0.0;
   for (const double variance : step.variance) all += variance;  // in the order of the engine, for its bits
@@ -156,11 +166,7 @@ void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& st
     const std::vector<Index>& places = at.of_block[b];
     const Part part = layout_.blocks[b].part;
     if (part == Part::other || part == Part::pose || part == Part::landmark) continue;
-    double trace = 0.0, squared = 0.0;
-    for (const Index i : places) {
-      trace += step.variance[i];
-      squared += step.error[i] * step.error[i];
-    }
+    const auto [trace, squared] = squares_[b];
     if (part == Part::map) {
       s[Quantity::trace_landmarks].add(trace);
       if (places.empty()) continue;
@@ -179,6 +185,7 @@ void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& st
 
 void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
   const NormalisedSquare& whole = step.whole;
+  sum_blocks(places, step);
   if (entry_ > 0) {
     StepStatistics& s = at_step(sums_.study.steps, entry_);
     s[Quantity::nees].add(whole.value);
@@ -200,10 +207,8 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     const double share = block.part == Part::map
                              ? static_cast<double>(layout_.landmark_dim) / static_cast<double>(at.size())
                              : 1.0;
-    run.squared_error[b].add(share * squared_norm(step.error, at));
-    double claimed = 0.0;
-    for (const Index i : at) claimed += step.variance[i];
-    run.claimed[b].add(share * claimed);
+    run.squared_error[b].add(share * squares_[b].error);
+    run.claimed[b].add(share * squares_[b].claimed);
   }
   if (whole.dof <= 0) return;
   const double per_dof = whole.value / static_cast<double>(whole.dof);

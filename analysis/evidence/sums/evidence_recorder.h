@@ -83,6 +83,11 @@ class EvidenceRecorder {
     std::vector<std::vector<WholeTurns>> innovation_turns{};  ///< of each sensor of the layout
   };
 
+  /// Of a block at a step.
+  struct BlockSquares {
+    double claimed = 0.0, error = 0.0;  ///< the trace of its P, and its |e|²
+  };
+
   void list_blocks();  ///< in the order of the layout, seen or not
   BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
   /// The step that comes next, of any run: its entry.
@@ -100,6 +105,7 @@ class EvidenceRecorder {
   void add_moving(RunLateness& run, const VectorRef& error, const VectorRef& motion, const MatrixRef& P,
                   CorrelationWhitening& whitening);
   void add_scores(OpenRun& run, const NormalisedStep& step) const;
+  void sum_blocks(const StepPlaces& places, const NormalisedStep& step);
   void add_traces(const StepPlaces& places, const NormalisedStep& step, StepStatistics& sums) const;
   void add_innovations(OpenRun& run, const NormalisedStep& step);
   void add_innovation(OpenRun& run, std::size_t sensor, const NormalisedInnovation& value);
@@ -125,6 +131,7 @@ class EvidenceRecorder {
   NormalisedStep normalised_;
   CorrelationWhitening whitening_, of_moving_;
   Vector variance_, whitened_, moved_, motion_;
+  std::vector<BlockSquares> squares_;  ///< of each block at the step at hand
 };
 
 }  // namespace credence::internal

@@ -277,6 +277,7 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     if (layout.sensors[i].nis_alone) {
       constexpr double kMost = 1e300;  // of which many can be added
       if (!(innovation.nu[0] >= 0.0 && innovation.nu[0] <= kMost)) return "a NIS that cannot be added up";
+      value = {};  // the slot may have been that of a sensor with ν and S
       value.value = innovation.nu[0];
       value.dof = layout.sensors[i].dim;
       continue;

@@ -292,20 +292,9 @@ bool clearly_coloured(const WhitenessTest& test, double confidence) {
   return test.reason.empty() && chi_square_survival(test.statistic / kMost, test.dof) <= 1.0 - confidence;
 }
 
-}  // namespace
-
-Judgement judge(const Evidence& e, const JudgementContext& context) {
-  Judgement j;
-  j.runs = e.study.runs;
-  j.confidence = context.confidence;
-  j.claimed_sigma = context.claimed_sigma;
-  for (const SensorSums& sensor : e.sensors) {
-    j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
-    if (sensor.sensor.variances_alone)
-      j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
-  }
+/// The verdicts, tests and factors of all that there is.
+void judge_evidence(const Evidence& e, const JudgementContext& context, double memory, Judgement& j) {
   const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
-  const double memory = context.memory ? *context.memory : memory_in_rows(e);
   FewRuns few{.memory = memory, .state = stretches_of(e, all, memory)};
   few.blocks = block_stretches_of(e, few.state);
   j.nees_over_time = nees_over_time(e);
@@ -339,6 +328,10 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
              correlation.known ? static_cast<double>(j.nis.steps_tested) / correlation.of_sum : kNaN);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, e.first_run, memory, j);
+}
+
+/// One word over the verdicts, and which runs and states it is of.
+void say_word(const Evidence& e, const JudgementContext& context, Judgement& j) {
   open_zero_rows(j);
   j.lost = lost_runs_of(e, j.nees, context.run_names);
   j.word = word_of(e, j);
@@ -354,18 +347,13 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     j.responsible = {};
     j.lost = {};
   }
-  if (!j.lost.runs.empty()) {
-    j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
-    j.responsible.joint_only = false;
-  }
-  j.tests = list_tests(e, j);
-  if (!e.has_truth) leave_coloured_open(j);
-  leave_rejected_open(e, j);
-  leave_certain_open(e, j);
-  leave_zeros_open(j);
-  leave_one_size_open(e, j);
-  leave_failed_open(all, j);
-  if (!fitted) {
+  if (j.lost.runs.empty()) return;
+  j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
+  j.responsible.joint_only = false;
+}
+
+void name_causes(const Evidence& e, const JudgementContext& context, double memory, Judgement& j) {
+  if (context.truth_fit == TruthFit::none) {
     j.causes = find_causes(findings_of(e, j));
     if (!j.causes.empty() && j.causes.front().cause == Cause::unwrapped_angle) {
       refuse_factor("an angle is not wrapped", j);
@@ -376,6 +364,31 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   }
   if (!context.copies.empty() && (is_inconsistent(j.word.verdict) || !j.causes.empty()))
     j.causes = {{Cause::shared_noise, context.copies}};
+}
+
+}  // namespace
+
+Judgement judge(const Evidence& e, const JudgementContext& context) {
+  Judgement j;
+  j.runs = e.study.runs;
+  j.confidence = context.confidence;
+  j.claimed_sigma = context.claimed_sigma;
+  for (const SensorSums& sensor : e.sensors) {
+    j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence, context.gate));
+    if (sensor.sensor.variances_alone)
+      j.sensors.back().pairs = {.reason = "S is known by its variances alone"};
+  }
+  const double memory = context.memory ? *context.memory : memory_in_rows(e);
+  judge_evidence(e, context, memory, j);
+  say_word(e, context, j);
+  j.tests = list_tests(e, j);
+  if (!e.has_truth) leave_coloured_open(j);
+  leave_rejected_open(e, j);
+  leave_certain_open(e, j);
+  leave_zeros_open(j);
+  leave_one_size_open(e, j);
+  leave_failed_open(context.all_runs != nullptr ? *context.all_runs : e.study, j);
+  name_causes(e, context, memory, j);
   if (context.sensitivity) judge_sensitivity(e, memory, j);
   return j;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <iterator>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,91 +59,134 @@ void leave_word_open(std::string reason, Judgement& j) {
   j.nees.reason = std::move(reason);
 }
 
+/// What the word is made of: the verdicts of a judgement, and what its averages over the steps say.
+class WordParts {
+ public:
+  WordParts(const Evidence& e, const Judgement& j) : j_(j), parts_(word_parts(j.nees, j.nis, j.blocks)) {
+    split_sensors();
+    for (const SensorJudgement& sensor : j.sensors) add_components(sensor);
+    add_nees_over_time();
+    for (const SensorJudgement& sensor : j.sensors) {
+      add_over_time(of_sensor("NIS", sensor), sensor.over_time, sensor.nis,
+                    kWordOverTime / static_cast<double>(j.sensors.size()), true);
+    }
+    add_directions(std::ssize(e.study.steps));
+    const ClaimedSigmaTest& claimed = j.claimed_sigma;
+    add_claimed(claimed.optimistic, {claimed.optimistic.p_value, kNaN});
+    add_claimed(claimed.pessimistic, {kNaN, claimed.pessimistic.p_value});
+  }
+
+  std::span<const WordPart> all() const { return parts_; }
+
+ private:
+  void add(WordPart part, const ConsistencyVerdict& average) {
+    averages_.push_back(average);
+    part.verdict = &averages_.back();
+    parts_.push_back(std::move(part));
+  }
+
+  /// Of several sensors NIS of each in place of that of all.
+  void split_sensors() {
+    if (j_.sensors.size() <= 1) return;
+    const double each = parts_[1].weight / static_cast<double>(j_.sensors.size());
+    parts_.erase(parts_.begin() + 1);
+    for (const SensorJudgement& s : j_.sensors)
+      parts_.push_back({"NIS of " + s.name, &s.nis, each, false, true});
+  }
+
+  /// The components of an innovation, and every two of them, have half of the share of its NIS.
+  void add_components(const SensorJudgement& sensor) {
+    if (!sensor.components.reason.empty()) return;
+    const auto nis =
+        std::ranges::find(parts_, j_.sensors.size() == 1 ? &j_.nis : &sensor.nis, &WordPart::verdict);
+    nis->weight *= 0.5;
+    const double half = (sensor.pairs.components.empty() ? 1.0 : 0.5) * nis->weight;
+    const auto add_each = [&](const ComponentTest& test, std::string (*name)(const SensorJudgement&, Index)) {
+      const double each = half / static_cast<double>(test.components.size());
+      for (Index k = 0; const ComponentVariance& c : test.components) {
+        add({.name = name(sensor, k++), .weight = each, .of_innovations = true, .named_last = true},
+            averaged_verdict(c.p_value, c.count, c.count));
+      }
+    };
+    add_each(sensor.components, component_name);
+    add_each(sensor.pairs, pair_name);
+  }
+
+  /// Whether it is larger at some time than it should be, and smaller, is told by the size of its waves.
+  void add_over_time(const std::string& of, const Modulation& over_time, const ConsistencyVerdict& v,
+                     double weight, bool of_S) {
+    const double p = over_time.p_value, mean = v.mean / v.expected;
+    if (std::isnan(p)) return;
+    const auto add_when = [&](const char* when, const DirectedPValues& p_value) {
+      add({.name = of + when, .weight = 0.5 * weight, .of_innovations = of_S, .named_last = true},
+          averaged_verdict(p_value, 1, v.count));
+    };
+    add_when(kAtSomeTimes, {mean * (1.0 + over_time.amplitude) > 1.0 ? p : 1.0, kNaN});
+    add_when(kAtOthers, {kNaN, mean * (1.0 - over_time.amplitude) < 1.0 ? p : 1.0});
+  }
+
+  void add_nees_over_time() {
+    for (const NeesOverTime& nees : j_.nees_over_time) {
+      const auto block = std::ranges::find(j_.blocks, nees.of, &BlockVerdict::name);
+      const ConsistencyVerdict& v = block == j_.blocks.end() ? j_.nees : block->verdict;
+      const double parts_of_it = static_cast<double>(j_.nees_over_time.size() - 1);
+      const double share = parts_of_it == 0.0 ? 1.0 : nees.of.empty() ? 0.5 : 0.5 / parts_of_it;
+      add_over_time(nees.part(), nees, v, share * kWordOverTime, false);
+    }
+  }
+
+  void add_directions(std::int64_t steps) {
+    const SecondMomentJudgement& second = j_.law.second_moments;
+    if (!second.test.reason.empty()) return;
+    add({.name = "the direction of " + second.most_optimistic,
+         .weight = kWordDirections,
+         .says_where = true,
+         .pessimistic_name = "the direction of " + second.most_pessimistic},
+        averaged_verdict(second.test.p_value, steps, second.test.runs));
+  }
+
+  void add_claimed(const ClaimedSigmaTest::Side& side, const DirectedPValues& p_value) {
+    if (std::isnan(side.p_value)) return;
+    add({.name = side.in, .weight = 0.5 * kWordClaimedSigma, .says_where = true},
+        averaged_verdict(p_value, 1, j_.claimed_sigma.units));
+  }
+
+  const Judgement& j_;
+  std::vector<WordPart> parts_;
+  std::deque<ConsistencyVerdict> averages_;  ///< whose places stay
+};
+
+/// A word that is said of all runs where a few alone are wrong.
+void name_lost_runs(const Judgement& j, Word& word) {
+  word.no_factor = true;
+  const bool alone = word.verdict == Verdict::optimistic && j.lost.others_are_right();
+  const std::string runs = names_of(j.lost);
+  word.says = alone ? fmt::format("optimistic in {} alone", runs)
+                    : fmt::format("{}; above all in {}", word.says, runs);
+  if (j.lost.runs.size() == 1)
+    word.says += fmt::format(", from {} on", place_of(j.lost.runs.front(), j.lost.by_step, j.nees));
+}
+
+void say_not_gaussian(const Judgement& j, Word& word) {
+  word.verdict = Verdict::not_gaussian;
+  const ConsistencyVerdict* const start = wrong_at_start(j);
+  word.says = start == nullptr
+                  ? "the covariance is right, the errors are not Gaussian (heavy tails)"
+                  : fmt::format(
+                        "the covariance is right but perhaps in {}, where it is too small or the tails "
+                        "are heavier; the errors are not Gaussian (heavy tails)",
+                        start->text_of(start->optimistic_steps));
+}
+
 }  // namespace
 
 Word word_of(const Evidence& e, const Judgement& j) {
-  std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
-  if (j.sensors.size() > 1) {
-    const double each = parts[1].weight / static_cast<double>(j.sensors.size());
-    parts.erase(parts.begin() + 1);
-    for (const SensorJudgement& s : j.sensors)
-      parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
-  }
-  std::deque<ConsistencyVerdict> averages;  // whose places stay
-  for (std::size_t i = 0; i < j.sensors.size(); ++i) {
-    const SensorJudgement& sensor = j.sensors[i];
-    if (!sensor.components.reason.empty()) continue;
-    const auto nis =
-        std::ranges::find(parts, j.sensors.size() == 1 ? &j.nis : &sensor.nis, &WordPart::verdict);
-    nis->weight *= 0.5;
-    const double half = (sensor.pairs.components.empty() ? 1.0 : 0.5) * nis->weight;
-    const auto add = [&](const ComponentTest& test, std::string (*name)(const SensorJudgement&, Index)) {
-      const double each = half / static_cast<double>(test.components.size());
-      for (Index k = 0; const ComponentVariance& c : test.components) {
-        averages.push_back(averaged_verdict(c.p_value, c.count, c.count));
-        parts.push_back({name(sensor, k++), &averages.back(), each, false, true, true});
-      }
-    };
-    add(sensor.components, component_name);
-    add(sensor.pairs, pair_name);
-  }
-  // Whether it is larger at some time than it should be, and smaller, is told by the size of its waves.
-  const auto add_over_time = [&](const std::string& of, const Modulation& over_time,
-                                 const ConsistencyVerdict& v, double weight, bool of_S) {
-    const double p = over_time.p_value, mean = v.mean / v.expected;
-    if (std::isnan(p)) return;
-    const auto add = [&](const char* when, const DirectedPValues& p_value) {
-      averages.push_back(averaged_verdict(p_value, 1, v.count));
-      parts.push_back({of + when, &averages.back(), 0.5 * weight, false, of_S, true});
-    };
-    add(kAtSomeTimes, {mean * (1.0 + over_time.amplitude) > 1.0 ? p : 1.0, kNaN});
-    add(kAtOthers, {kNaN, mean * (1.0 - over_time.amplitude) < 1.0 ? p : 1.0});
-  };
-  for (const NeesOverTime& nees : j.nees_over_time) {
-    const auto block = std::ranges::find(j.blocks, nees.of, &BlockVerdict::name);
-    const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
-    const double parts_of_it = static_cast<double>(j.nees_over_time.size() - 1);
-    const double share = parts_of_it == 0.0 ? 1.0 : nees.of.empty() ? 0.5 : 0.5 / parts_of_it;
-    add_over_time(nees.part(), nees, v, share * kWordOverTime, false);
-  }
-  for (const SensorJudgement& sensor : j.sensors) {
-    add_over_time(of_sensor("NIS", sensor), sensor.over_time, sensor.nis,
-                  kWordOverTime / static_cast<double>(j.sensors.size()), true);
-  }
-  const SecondMomentJudgement& second = j.law.second_moments;
-  if (second.test.reason.empty()) {
-    averages.push_back(averaged_verdict(second.test.p_value, std::ssize(e.study.steps), second.test.runs));
-    parts.push_back({.name = "the direction of " + second.most_optimistic,
-                     .verdict = &averages.back(),
-                     .weight = kWordDirections,
-                     .says_where = true,
-                     .pessimistic_name = "the direction of " + second.most_pessimistic});
-  }
-  const auto add_claimed = [&](const ClaimedSigmaTest::Side& side, const DirectedPValues& p_value) {
-    if (std::isnan(side.p_value)) return;
-    averages.push_back(averaged_verdict(p_value, 1, j.claimed_sigma.units));
-    parts.push_back({side.in, &averages.back(), 0.5 * kWordClaimedSigma, true});
-  };
-  add_claimed(j.claimed_sigma.optimistic, {j.claimed_sigma.optimistic.p_value, kNaN});
-  add_claimed(j.claimed_sigma.pessimistic, {kNaN, j.claimed_sigma.pessimistic.p_value});
-  Word word = join_verdicts(parts, j.confidence);
-  if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
-    word.no_factor = true;
-    const bool alone = word.verdict == Verdict::optimistic && j.lost.others_are_right();
-    const std::string runs = names_of(j.lost);
-    word.says = alone ? fmt::format("optimistic in {} alone", runs)
-                      : fmt::format("{}; above all in {}", word.says, runs);
-    if (j.lost.runs.size() == 1)
-      word.says += fmt::format(", from {} on", place_of(j.lost.runs.front(), j.lost.by_step, j.nees));
-  } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
-    word.verdict = Verdict::not_gaussian;
-    const ConsistencyVerdict* const start = wrong_at_start(j);
-    word.says = start == nullptr
-                    ? "the covariance is right, the errors are not Gaussian (heavy tails)"
-                    : fmt::format(
-                          "the covariance is right but perhaps in {}, where it is too small or the tails "
-                          "are heavier; the errors are not Gaussian (heavy tails)",
-                          start->text_of(start->optimistic_steps));
+  Word word = join_verdicts(WordParts(e, j).all(), j.confidence);
+  if (!is_inconsistent(word.verdict)) return word;
+  if (!j.lost.runs.empty()) {
+    name_lost_runs(j, word);
+  } else if (j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
+    say_not_gaussian(j, word);
   }
   return word;
 }

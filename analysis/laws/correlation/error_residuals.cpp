@@ -15,9 +15,16 @@ struct Residuals {
   Vector back;  ///< r·z of each, in coordinates in which z is white
 };
 
-/// Nothing of too few rows, and of a run that does not vary in all directions.
-Residuals residuals_of(const Matrix& z) {
-  constexpr Index kFewestRows = 130, kFewestOfState = 20;
+/// Whether a size goes up and down in time; also where that cannot be told.
+bool moves(const auto& sizes, double level) {
+  return !(modulation({sizes.data(), static_cast<std::size_t>(sizes.size())}).p_value > level);
+}
+
+/// Nothing of too few rows, of a run that does not vary in all directions, and where the size goes up and
+/// down in time, of all directions together or of one: where little comes to a state after the first rows, as
+/// to one that is a constant, its direction lives in these alone.
+Residuals residuals_of(const Matrix& z, double level) {
+  constexpr Index kFewestRows = 136, kFewestOfState = 20;
   const Index n = z.rows(), pairs = z.cols() - 1;
   if (n == 0 || z.cols() < std::max(kFewestRows, kFewestOfState * n) || !z.allFinite()) return {};
   const Matrix before = z.leftCols(pairs), after = z.rightCols(pairs);
@@ -26,7 +33,15 @@ Residuals residuals_of(const Matrix& z) {
   const Matrix residuals = after - (after * past.transpose()) * past;
   const Matrix root = psd_whitening(residuals * residuals.transpose() / static_cast<double>(pairs));
   if (root.rows() < n) return {};
-  const Vector nees = (root * residuals).colwise().squaredNorm() / static_cast<double>(n);
+  const Matrix squares = (root * residuals).cwiseAbs2().transpose();  // of mean 1
+  for (Index i = 0; i < n; ++i) {
+    const auto of_direction = squares.col(i);
+    if (of_direction.head(pairs / 10).sum() > 0.5 * static_cast<double>(pairs) ||
+        moves(of_direction, level / static_cast<double>(n)))
+      return {};
+  }
+  const Vector nees = squares.rowwise().mean();
+  if (n > 1 && moves(nees, level)) return {};
   return {.nees = {nees.begin(), nees.end()},
           .back = (whitening * residuals).cwiseProduct(past).colwise().sum()};
 }
@@ -60,9 +75,8 @@ std::vector<std::vector<double>> residual_nees(std::span<const Matrix> runs) {
   std::vector<std::vector<double>> all;
   LargeResiduals large;
   for (const Matrix& z : runs) {
-    Residuals run = residuals_of(z);
-    if (run.nees.empty() || modulation(run.nees).p_value <= kMoves / static_cast<double>(runs.size()))
-      return {};
+    Residuals run = residuals_of(z, kMoves / static_cast<double>(runs.size()));
+    if (run.nees.empty()) return {};
     large.add(run);
     all.push_back(std::move(run.nees));
   }

@@ -28,7 +28,7 @@ struct Modulation {
 /// are correlated is taken for that.
 ///
 /// N is cut to a product of 2, 3 and 5; of a long series averages are looked at (thinned_series.h). NaNs for
-/// fewer than 130 values, or some that are not finite, or all equal. Cost N log N. Measured levels are in
+/// fewer than 135 values, or some that are not finite, or all equal. Cost N log N. Measured levels are in
 /// docs/statistics.md.
 Modulation modulation(std::span<const double> series);
 

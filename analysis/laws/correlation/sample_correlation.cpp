@@ -1,6 +1,7 @@
 #include "analysis/laws/correlation/sample_correlation.h"
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/logarithm.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -15,7 +16,7 @@ std::optional<Matrix> sample_correlation(const VectorMoments& values) {
 
 double log_determinant(const Matrix& R) {
   const Eigen::LLT<Matrix> factor(R);
-  return factor.info() == Eigen::Success ? 2.0 * factor.matrixLLT().diagonal().array().log().sum() : kNaN;
+  return factor.info() == Eigen::Success ? log_determinant_of_factor(factor.matrixLLT()) : kNaN;
 }
 
 }  // namespace credence::internal

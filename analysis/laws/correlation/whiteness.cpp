@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "analysis/laws/chi_square/chi_square.h"
+#include "analysis/laws/normal_quantile.h"
 #include "analysis/laws/require.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
@@ -203,7 +203,7 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
     return result;
   }
 
-  const double z = quantile(complement(boost::math::normal(), 0.5 * (1.0 - confidence)));
+  const double z = normal_quantile_two_sided(confidence);
   const double values = static_cast<double>(products.pairs(0));
   const double dim = static_cast<double>(products.dim());
   double statistic = 0.0;

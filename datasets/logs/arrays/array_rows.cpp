@@ -142,8 +142,8 @@ const std::vector<double>& TimeReader::of(std::uint64_t run) {
   // Also false next to what is not a number.
   const auto goes_on = [](double now, double next) { return now < next; };
   if (std::ranges::adjacent_find(times_, std::not_fn(goes_on)) == times_.end()) return times_;
-  sink_.remark(fmt::format("{} is not used: it does not increase from step to step of run {}.",
-                           file_.arrays()[*array_].name, run + 1));
+  sink_.remark(fmt::format("{} is not used: it does not increase from step to step{}.",
+                           file_.arrays()[*array_].name, each_ ? fmt::format(" of run {}", run) : ""));
   array_.reset();
   times_.clear();
   return times_;

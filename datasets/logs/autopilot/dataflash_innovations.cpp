@@ -177,8 +177,8 @@ void read_cores(const std::filesystem::path& file, const LogReadOptions& options
     throw std::invalid_argument(
         fmt::format("{}: --instance {}: there are {}", file.string(), *options.instance, names));
   }
-  sink.remark(fmt::format("{} rows of {}; what they only repeat is no new innovation, which leaves {}.",
-                          chosen->rows, ekf3.empty() ? "NKF3 with NKF4" : "XKF3 with XKF4",
+  sink.remark(fmt::format("{} of {}; what is only repeated is no new innovation, which leaves {}.",
+                          counted(chosen->rows, "row"), ekf3.empty() ? "NKF3 with NKF4" : "XKF3 with XKF4",
                           chosen->series.counts()));
   sink.remark(
       "The log holds no innovation variances, but test ratios Σν²/(gate² ΣS) of groups: a mean NIS and its "
@@ -196,8 +196,8 @@ void read_cores(const std::filesystem::path& file, const LogReadOptions& options
   }
   if (chosen->clamped > 0) {
     sink.remark(fmt::format(
-        "{} test ratios are clamped at the largest number of their field: NIS is at least what is shown.",
-        chosen->clamped));
+        "{} at the largest number of the field, where it is clamped: NIS is at least what is shown.",
+        counted(chosen->clamped, "test ratio")));
   }
   if (names.find(',') != std::string::npos) {
     sink.remark(

@@ -227,6 +227,15 @@ double ulog_number(ByteCursor message, const UlogField& field, std::uint64_t ent
 
 bool begins_as_ulog(std::string_view beginning) { return beginning.starts_with(kUlogMagic); }
 
+double ulog_time_s(const UlogTopic& topic, const ByteCursor& message) {
+  const UlogField* const sampled = topic.field("timestamp_sample");
+  const UlogField* const sent = topic.field("timestamp");
+  if (sampled == nullptr && sent == nullptr)
+    message.fail(fmt::format("topic {} without a timestamp", topic.name));
+  const double sampled_us = sampled == nullptr ? 0.0 : ulog_number(message, *sampled);
+  return 1e-6 * (sampled_us > 0.0 || sent == nullptr ? sampled_us : ulog_number(message, *sent));
+}
+
 void read_ulog(const std::filesystem::path& file, const UlogVisitor& visitor) {
   UlogReader(file, visitor).read();
 }

@@ -36,6 +36,10 @@ struct UlogTopic {
 /// reach to is a DataError.
 double ulog_number(ByteCursor message, const UlogField& field, std::uint64_t entry = 0);
 
+/// When what a message speaks of was measured, s: its timestamp_sample, or where there is none, or 0, its
+/// timestamp, when it was sent. Throws DataError for a topic without either.
+double ulog_time_s(const UlogTopic& topic, const ByteCursor& message);
+
 struct UlogVisitor {
   /// Topics are counted from 0 in the order in which they come.
   std::function<void(std::size_t topic, const UlogTopic&)> topic;

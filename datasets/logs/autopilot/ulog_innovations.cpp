@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
@@ -38,19 +39,11 @@ std::vector<double> numbers(const ByteCursor& message, const UlogField& field) {
   return values;
 }
 
-/// When what a message speaks of was measured; older versions say only when it was sent.
-double sample_time(const ByteCursor& message, const UlogTopic& topic) {
-  const UlogField* field = topic.field("timestamp_sample");
-  if (field == nullptr) field = topic.field("timestamp");
-  if (field == nullptr) message.fail(fmt::format("topic {} without a timestamp", topic.name));
-  return 1e-6 * ulog_number(message, *field);
-}
-
 /// The rows of estimator_innovations and of their variances, which come one after the other.
 class InnovationPairs {
  public:
   void add(const UlogTopic& topic, const ByteCursor& message) {
-    const double time = sample_time(message, topic);
+    const double time = ulog_time_s(topic, message);
     const bool is_innovation = topic.name == kInnovations;
     rows_ += is_innovation ? 1 : 0;
     if (is_innovation && rows_ == 1) first_s_ = time;
@@ -110,7 +103,7 @@ class AidSources {
     const std::string name = topic.name.substr(kAidSource.size());
     const std::size_t sensor = series_.sensor(name, static_cast<Index>(nu->count), is_angle(name));
     const InnovationSeries::Row row =
-        series_.add(sensor, sample_time(message, topic), numbers(message, *nu), numbers(message, *variance));
+        series_.add(sensor, ulog_time_s(topic, message), numbers(message, *nu), numbers(message, *variance));
     ++rows_;
     if (row != InnovationSeries::Row::taken) return;
     const UlogField* const rejected = topic.field("innovation_rejected");
@@ -148,7 +141,7 @@ class TestRatios {
  public:
   void add(const UlogTopic& topic, const ByteCursor& message, const GateParameters& gates) {
     ++rows_;
-    const double time = sample_time(message, topic);
+    const double time = ulog_time_s(topic, message);
     for (const RatioField& known : kRatioFields) {
       const UlogField* const field = topic.field(known.field);
       if (field == nullptr || field->type != "float") continue;
@@ -247,12 +240,13 @@ std::string instances(const UlogInnovations& log) {
 std::string source_text(const Estimator& estimator) {
   constexpr const char* kRepeats = "what is only repeated is no new innovation, which";
   if (estimator.has_sources())
-    return fmt::format("{} rows of estimator_aid_src_*; {}", estimator.sources.rows(), kRepeats);
+    return fmt::format("{} of estimator_aid_src_*; {}", counted(estimator.sources.rows(), "row"), kRepeats);
   if (estimator.has_ratios_alone())
-    return fmt::format("{} rows of {} and no innovation variances; {}", estimator.ratios.rows(), kRatios,
-                       kRepeats);
-  return fmt::format("{} rows of {} at {:.3g} Hz; {}", estimator.pairs.rows(), kInnovations,
-                     estimator.pairs.rate(), kRepeats);
+    return fmt::format("{} of {} and no innovation variances; {}", counted(estimator.ratios.rows(), "row"),
+                       kRatios, kRepeats);
+  const double rate = estimator.pairs.rate();
+  return fmt::format("{} of {}{}; {}", counted(estimator.pairs.rows(), "row"), kInnovations,
+                     std::isfinite(rate) ? fmt::format(" at {:.3g} Hz", rate) : "", kRepeats);
 }
 
 void tell_ratios(const TestRatios& ratios, LogSink& sink) {
@@ -274,8 +268,9 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
   sink.remark(source_text(estimator) + fmt::format(" leaves {}.", series.counts()));
   if (estimator.has_ratios_alone()) tell_ratios(estimator.ratios, sink);
   if (estimator.sources.rejected() > 0) {
-    sink.remark(fmt::format("{} of these innovations did not pass the filter's gate; they are judged too.",
-                            estimator.sources.rejected()));
+    sink.remark(fmt::format("{} of these that did not pass the filter's gate {} judged too.",
+                            counted(estimator.sources.rejected(), "innovation"),
+                            estimator.sources.rejected() == 1 ? "is" : "are"));
   }
   if (const std::string names = instances(log); names.find(',') != std::string::npos) {
     sink.remark(fmt::format("Estimators {} ran side by side; judged is {} (--instance N judges another).",
@@ -294,7 +289,8 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
   }
   if (log.dropouts > 0) {
     sink.remark(
-        fmt::format("{} times nothing could be written, for {:.3g} s in all.", log.dropouts, log.dropped_s));
+        fmt::format("{} nothing could be written, for {:.3g} s in all.", counted(log.dropouts, "time"),
+                    log.dropped_s));
   }
 }
 

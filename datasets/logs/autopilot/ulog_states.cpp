@@ -34,15 +34,6 @@ struct EstimatedMotion {
   VelocityAndPosition value, variance;
 };
 
-double seconds(const UlogTopic& topic, const ByteCursor& message) {
-  for (const char* name : {"timestamp_sample", "timestamp"}) {
-    const UlogField* const field = topic.field(name);
-    if (field == nullptr) continue;
-    if (const double time_us = ulog_number(message, *field); time_us > 0.0) return 1e-6 * time_us;
-  }
-  message.fail(fmt::format("topic {} without a timestamp", topic.name));
-}
-
 /// Where the origin of local positions is: latitude, longitude (rad), height (m); nothing where it is not
 /// told.
 std::optional<Eigen::Vector3d> origin(const UlogTopic& topic, const ByteCursor& message) {
@@ -71,13 +62,13 @@ struct MotionLog {
     }
     const UlogField* const states = topic.field("states");
     const UlogField* const variances = topic.field("covariances");
-    constexpr std::uint64_t kFirst = 4, kErrorState = 23;
+    constexpr std::uint64_t kFirst = 4;
     if (states == nullptr || variances == nullptr || states->count < kFirst + 6) return;
-    const std::uint64_t shift = variances->count == kErrorState ? 1 : 0;
+    const std::uint64_t shift = variances->count < states->count ? 1 : 0;
     if (variances->count < kFirst + 6 - shift) return;
     std::vector<EstimatedMotion>& rows = estimates[topic.instance];
     EstimatedMotion row{
-        .time_s = seconds(topic, message), .line = std::ssize(rows) + 1, .value = {}, .variance = {}};
+        .time_s = ulog_time_s(topic, message), .line = std::ssize(rows) + 1, .value = {}, .variance = {}};
     for (std::uint64_t i = 0; i < 6; ++i) {
       row.value[static_cast<Index>(i)] = ulog_number(message, *states, kFirst + i);
       row.variance[static_cast<Index>(i)] = ulog_number(message, *variances, kFirst + i - shift);
@@ -88,7 +79,7 @@ struct MotionLog {
  private:
   void add_truth(const UlogTopic& topic, const ByteCursor& message) {
     if (const auto place = origin(topic, message)) true_origin = place;
-    const double time_s = seconds(topic, message);
+    const double time_s = ulog_time_s(topic, message);
     if (!velocity.time_s.empty() && !(time_s > velocity.time_s.back())) return;
     add_vector(velocity, time_s, topic, message, {"vx", "vy", "vz"});
     add_vector(position, time_s, topic, message, {"x", "y", "z"});

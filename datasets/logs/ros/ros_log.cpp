@@ -75,7 +75,7 @@ std::string listed(const std::vector<TopicSeen>& topics, Fits fits) {
   std::string text;
   for (const TopicSeen& seen : topics) {
     if (!fits(seen)) continue;
-    append_item(text, fmt::format("{} ({}, {} messages)", seen.topic.name, seen.topic.type, seen.count));
+    append_item(text, fmt::format("{} ({}, {})", seen.topic.name, seen.topic.type, counted(seen.count, "message")));
   }
   return text.empty() ? "none" : text;
 }
@@ -120,13 +120,13 @@ class PoseStream {
 
   void tell(LogSink& sink) const {
     if (not_later_ > 0) {
-      sink.remark(fmt::format("{}: {} messages with a time no later than the one before are left out.",
-                              topic_, not_later_));
+      sink.remark(fmt::format("{}: {} with a time no later than the one before {} left out.", topic_,
+                              counted(not_later_, "message"), not_later_ == 1 ? "is" : "are"));
     }
     if (not_finite_ > 0) {
       sink.remark(
-          fmt::format("{}: {} messages without a fix, or with a position that is not finite, are left out.",
-                      topic_, not_finite_));
+          fmt::format("{}: {} without a fix, or with a position that is not finite, {} left out.", topic_,
+                      counted(not_finite_, "message"), not_finite_ == 1 ? "is" : "are"));
     }
   }
 
@@ -146,7 +146,11 @@ class PoseStream {
 /// Appends truths to a trajectory; places on the earth become east, north and up of the first one.
 class TruthBuilder {
  public:
+  /// Throws std::invalid_argument for messages of a second type, whose poses may say other things.
   void add(const RosPoseType& type, const RosPose& pose, std::int64_t message) {
+    if (type_ != nullptr && type_ != &type)
+      throw std::invalid_argument(fmt::format("messages of two types, {} and {}", type_->type, type.type));
+    type_ = &type;
     if (trajectory_.time_s.empty()) {
       trajectory_.has_orientation = type.has_orientation;
       trajectory_.axes = kFixedAxes;
@@ -177,6 +181,7 @@ class TruthBuilder {
   }
 
  private:
+  const RosPoseType* type_ = nullptr;  ///< of the messages so far
   Trajectory trajectory_;
   CovarianceSentinels sentinels_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
@@ -233,12 +238,21 @@ class RosLog {
               const TopicSeen& seen = topics_.spoke(i, time_s);
               if (seen.topic.name != truth_choice_.name || seen.poses() == nullptr) return;
               truth_stream_.read(seen, time_s, message, [&](const RosPose& pose, std::int64_t number) {
-                truth_.add(*seen.poses(), pose, number);
+                add_truth(*seen.poses(), pose, number);
               });
             },
         .advance = [&](std::int64_t bytes) { sink_.advance(bytes); }};
     whole_ = read_part(
         options_, sink_, [&] { scan_(file_, visitor); }, [&] { return !topics_.all().empty(); });
+  }
+
+  void add_truth(const RosPoseType& type, const RosPose& pose, std::int64_t number) {
+    try {
+      truth_.add(type, pose, number);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(
+          fmt::format("{}: --truth-topic {}: {}", file_.string(), options_.truth_topic, error.what()));
+    }
   }
 
   void choose_estimate() {
@@ -427,7 +441,10 @@ class RosLog {
           "would mend it.",
           name));
     }
-    if (without > 0) sink_.remark(fmt::format("{}: {} rows estimate nothing that is judged.", name, without));
+    if (without > 0) {
+      sink_.remark(fmt::format("{}: {} {} nothing that is judged.", name, counted(without, "row"),
+                               without == 1 ? "estimates" : "estimate"));
+    }
     const std::string& truth_frame = truth_stream_.frame();
     if (!truth_frame.empty() && truth_frame != stream.frame() &&
         matching_.alignment == TruthAlignment::none) {

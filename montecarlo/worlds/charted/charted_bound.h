@@ -44,7 +44,9 @@ PosteriorBound charted_bound(Model model, Chart judged, const PlugSettings& sett
       NoiseDraw measurement(source, run, k, NoisePurpose::measurement);
       if (const std::optional<Aiding> seen = world.measure(truths[i], k, measurement)) {
         const auto exact = shared->innovation(truths[i], *seen);
-        const Matrix weighted = exact.R.llt().solve(Matrix(exact.H));
+        const Eigen::LLT<Matrix> root(exact.R);
+        if (root.info() != Eigen::Success) return {.reason = kBoundOfNoisyMeasurements};
+        const Matrix weighted = root.solve(Matrix(exact.H));
         steps[i].information = exact.H.transpose() * weighted;
       }
     }

@@ -81,7 +81,7 @@ class IntermittentExperiment::Run {
       if (!knows_dynamics_) innovation.nu += (truth.H - assumed.H)(rows_, Eigen::all) * now_.truth;
     }
     now_.K = Matrix::Constant(error_.size(), w.size(), filter.ok ? 0.0 : kNaN);
-    if (!filter.ok) return Outcome::not_positive_definite;
+    if (!filter.ok || !(filter.P_prior.trace() < kLargestTrace)) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
     error_ -= filter.K * innovation.nu;
     if (!error_.allFinite()) return Outcome::diverged;

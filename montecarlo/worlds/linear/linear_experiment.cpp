@@ -30,9 +30,6 @@ LinearErrorDynamics dynamics_of(const LinearModel& model) {
           .measurement_root = psd_root(model.R)};
 }
 
-/// Beyond it the variance of a squared error is no number.
-constexpr double kLargestVariance = 1e150;
-
 LinearErrorSystem make_error_system(const std::vector<LinearModel>& truth,
                                     const std::vector<LinearModel>& assumed,
                                     const std::vector<LinearFilterStep>& steps) {
@@ -43,7 +40,7 @@ LinearErrorSystem make_error_system(const std::vector<LinearModel>& truth,
     system.later.push_back(dynamics_of(models[phase]));
   }
   for (const LinearFilterStep& step : steps) {
-    if (!step.ok || !(step.P_prior.diagonal().maxCoeff() < kLargestVariance)) break;
+    if (!step.ok || !(step.P_prior.trace() < kLargestTrace)) break;
     const Matrix whitening = psd_whitening(step.P, step.P_prior.diagonal());
     system.steps.push_back({.K = padded(step.K, states, step.K.cols()),
                             .innovation_whitening = psd_whitening(step.S),

@@ -80,7 +80,13 @@ class BatchExperiment final : public internal::VisitedExperiment {
   RunTrace describe_world() const override { return {}; }
 
   /// What is wrong with the plug, as far as a few runs show; empty if nothing.
-  std::vector<std::string> problems() const { return internal::plug_problems(*this); }
+  std::vector<std::string> problems() const {
+    return internal::plug_problems(*this, [this](std::int64_t run) {
+      Side side(*this, run, 1);
+      side.play([](std::int64_t, const TraceStep&) {});
+      return side.thrown();
+    });
+  }
 
  private:
   /// One run in its lane.
@@ -120,6 +126,9 @@ class BatchExperiment final : public internal::VisitedExperiment {
       return outcomes;
     }
 
+    /// What threw last, in a run or in the batch.
+    const internal::PlugThrown& thrown() const { return thrown_; }
+
    private:
     NoiseDraw noise(Index lane, std::int64_t k, NoisePurpose purpose, std::int64_t slot = 0) const {
       return {e_.source_, first_run_ + lane, k, purpose, slot};
@@ -148,8 +157,10 @@ class BatchExperiment final : public internal::VisitedExperiment {
     }
 
     template <class Action>
-    static bool guarded_one(const Action& action) {
-      return !internal::plugged::thrown_by(action);
+    bool guarded_one(const Action& action) {
+      std::optional<internal::PlugThrown> thrown = internal::plugged::thrown_by(action);
+      if (thrown) thrown_ = std::move(*thrown);
+      return !thrown;
     }
 
     template <class Action>
@@ -234,6 +245,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
     std::vector<Lane> lanes_;
     std::vector<bool> measured_ = std::vector<bool>(static_cast<std::size_t>(Batch::kLanes), false);
     bool threw_ = false;
+    internal::PlugThrown thrown_;
   };
 
   World world_;

@@ -9,12 +9,23 @@
 #include <utility>
 #include <vector>
 
+#include "core/control_characters.h"
 #include "core/record/nees_solver.h"
 #include "core/record/state_name.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
 namespace credence::internal {
 namespace {
+
+/// Names and units stand in the header of a CSV log.
+void require_columns(std::string_view what, const std::vector<std::string>& texts) {
+  for (const std::string& text : texts) {
+    if (text.find_first_of(",\"") == std::string::npos && !has_control_character(text)) continue;
+    throw std::invalid_argument(
+        fmt::format("{}: {:?} has a comma, a quote or a control character, which a column's name cannot have",
+                    what, text));
+  }
+}
 
 /// Verdicts are told by the names of their states.
 void require_names(const std::vector<std::string>& states) {
@@ -61,6 +72,8 @@ RunLayout completed(RunLayout layout) {
     layout.units[i] = std::move(state.unit);
   }
   require_names(layout.states);
+  require_columns("states", layout.states);
+  require_columns("units", layout.units);
   require_radians(layout, "layout(): ");
   for (const Block& block : layout.blocks) {
     for (const Index state : block.states) {

@@ -124,9 +124,11 @@ EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& t
   }
   SpatialRun run(world_, spatial_kind(name));
   EliminatedRows rows;
+  std::size_t played = 0;  // a filter may fail
   const auto play = [&](bool show) {
     run.start(estimate);
     for (std::size_t k = 1; k <= read.size(); ++k) {
+      played = k;
       if (run.step(k, read[k - 1], seen[k - 1]) != Outcome::ok) break;
       if (show) rows.add(run.filter());
     }
@@ -134,7 +136,7 @@ EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& t
   play(true);
   const double seconds = best_time(1, [&] { play(false); });
   rows.hand_on(take_row);
-  EstimatorProfile profile{.known = unknowns(), .seconds_per_step = seconds / static_cast<double>(steps())};
+  EstimatorProfile profile{.known = unknowns(), .seconds_per_step = seconds / static_cast<double>(played)};
   switch (spatial_kind(name).chart) {
     case SpatialChart::componentwise: break;
     case SpatialChart::pose:

@@ -234,8 +234,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
     table.notes.insert(
         table.notes.begin() + 1,
         fmt::format("Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P "
-                    "transported to first order at the estimate. The map at every {}th step.",
-                    study.map_stride));
+                    "transported to first order at the estimate. The map at every {}.",
+                    study.map_stride == 1 ? "step" : ordinal(study.map_stride) + " step"));
   }
   for (const EstimatorRow& row : study.rows) {
     if (row.profile.chart == "plane") continue;

@@ -244,6 +244,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.name = options.name;
   logs.format = format_text(options, formats);
   logs.files = result.files;
+  logs.run_names = result.run_names;
   logs.unmatched_rows = result.unmatched_rows;
   logs.remarks = remarks_of(result, {Kind::remark});
   if (!result.copies.says.empty()) logs.remarks.push_back(result.copies.says);

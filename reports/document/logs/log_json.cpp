@@ -59,6 +59,8 @@ Json log_outcomes_json(const CheckedLogs& logs) {
   Json j = outcome_counts_json(s);
   j["failures"] = json_list(s.failures, [&](const RunFailure& f) {
     Json failure = failure_json(f);
+    const auto run = static_cast<std::size_t>(f.run);
+    failure["name"] = run < logs.run_names.size() ? Json(logs.run_names[run]) : Json();
     if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {
       failure["says"] = said->second;
     }

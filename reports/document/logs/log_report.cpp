@@ -55,7 +55,7 @@ void add_rejected(Document& document, const Evidence& s) {
                                                 s.rejected_rows(), s.rows));
   std::vector<std::string> items;
   for (const auto& [reason, rows] : s.rejected) {
-    items.push_back(fmt::format("{} rows: {}{}", rows.count, reason,
+    items.push_back(fmt::format("{}: {}{}", counted(rows.count, "row"), reason,
                                 rows.first.empty() ? "" : "; the first is " + rows.first));
   }
   document.bullets(std::move(items));

@@ -128,15 +128,15 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
         "a bias that all sensors share, cannot be known from them.");
   }
   for (const auto& [reason, rows] : s.rejected) {
-    table.notes.push_back(fmt::format("REJECTED: {} rows, {}{}.", rows.count, reason,
+    table.notes.push_back(fmt::format("REJECTED: {}, {}{}.", counted(rows.count, "row"), reason,
                                       rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
   }
   for (const auto& [state, rows] : s.wrongly_certain) {
     table.notes.push_back(
-        fmt::format("LEFT OUT: {} in {} rows, where P claims certainty (variance 0) and it errs{}. A state "
+        fmt::format("LEFT OUT: {} in {}, where P claims certainty (variance 0) and it errs{}. A state "
                     "that the filter "
                     "does not estimate belongs in no log; of poses in the plane: --orientation-error planar.",
-                    state, rows.count, rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
+                    state, counted(rows.count, "row"), rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
   }
   if (s.rejected.contains("a zero variance has a covariance")) {
     table.notes.emplace_back(
@@ -146,7 +146,9 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   }
   for (const RunFailure& f : s.study.failures) {
     const auto said = logs.failures_said.find(f.run);
-    table.notes.push_back(fmt::format("FAILED: run {}, {} at step {}{}.", f.run, to_string(f.outcome), f.step,
+    const auto run = static_cast<std::size_t>(f.run);
+    const std::string name = run < logs.run_names.size() ? logs.run_names[run] : fmt::format("run {}", run);
+    table.notes.push_back(fmt::format("FAILED: {}, {} at step {}{}.", name, to_string(f.outcome), f.step,
                                       said == logs.failures_said.end() ? "" : ": " + said->second));
     if (s.study.failures.size() > 5) {
       table.notes.push_back(fmt::format("… {} runs failed in all.", s.study.failures.size()));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "datasets/replay/carpark_findings.h"
 #include "reports/figures/replay_figures.h"
@@ -103,10 +104,10 @@ ReportTable horizon_table(const CarparkStudy& study) {
                   {"growth", words}},
       .notes = {fmt::format(
           "tr P of the landmarks in m² after a loop; partial, P0 of 0.05 m and 2°; Jacobians along the "
-          "reference, every {}th scan. Exponent: slope of log trace over log loop in the second half; 0 "
+          "reference, every {}scan. Exponent: slope of log trace over log loop in the second half; 0 "
           "bounded, 1 linear, exponential growth gives more with every loop. Increments: by what the growth "
           "of a loop exceeds that of the loop before, 1 for linear growth.",
-          study.plan.scan_stride)}};
+          study.plan.scan_stride == 1 ? "" : ordinal(study.plan.scan_stride) + " ")}};
   for (const CarparkHorizonRun& run : study.horizon) {
     const std::vector<LongHorizonLoop>& loops = run.result.loops;
     if (loops.empty()) continue;

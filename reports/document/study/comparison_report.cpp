@@ -77,7 +77,8 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   study.confidence = number(j.at("nees"), "confidence");
   if (!verdict_named(study.verdict)) {
     throw std::invalid_argument(
-        fmt::format("{}: verdict = {}: accepted are consistent, optimistic, pessimistic, mixed and undecided",
+        fmt::format("{}: verdict = {}: accepted are consistent, optimistic, pessimistic, mixed, not Gaussian "
+                    "and undecided",
                     name, study.verdict));
   }
   if (j.contains("swept")) study.cell = cell_name(j["swept"]);

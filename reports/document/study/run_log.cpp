@@ -7,6 +7,7 @@
 
 #include "core/record/state_name.h"
 #include "datasets/logs/assumed_noise.h"
+#include "reports/document/study/state_places.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence::internal {
@@ -75,16 +76,6 @@ void append(std::string& text, const Matrix& M, const std::vector<Index>& places
       if (*i >= 0 && *j >= 0)
         fmt::format_to(std::back_inserter(text), "{}", M(std::max(*i, *j), std::min(*i, *j)));
     }
-  }
-}
-
-/// Where each state of the columns stands in a step; −1 for one that is not there yet.
-void find_places(const std::vector<Index>& columns, const std::vector<Index>& states,
-                 std::vector<Index>& places) {
-  places.clear();
-  for (const Index state : columns) {
-    const auto found = std::ranges::find(states, state);
-    places.push_back(found == states.end() ? Index{-1} : static_cast<Index>(found - states.begin()));
   }
 }
 

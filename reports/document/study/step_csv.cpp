@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
+#include "reports/document/study/state_places.h"
 #include "reports/render/csv.h"
 
 namespace credence::internal {
@@ -77,19 +79,27 @@ void write_log_csv(const std::filesystem::path& target, const LogAnalysis& a) {
 }
 
 void write_trace_csv(const std::filesystem::path& target, const RunTrace& trace) {
-  const Index n = trace.steps.back().estimate.size();
+  std::set<Index> seen;  // at any step
+  for (const TraceStep& step : trace.steps) seen.insert(step.states.begin(), step.states.end());
+  const std::vector<Index> states(seen.begin(), seen.end());
   std::vector<std::string> columns = {"step", "nees", "nees_dof", "nis", "nis_dof"};
-  for (const char* what : {"true", "estimate", "std"}) {
-    for (Index i = 0; i < n; ++i) columns.push_back(fmt::format("{}_{}", what, i));
+  for (const char* what : {"truth", "estimate", "std"}) {
+    for (const Index state : states) {
+      columns.push_back(fmt::format("{}.{}", what, trace.layout.states[static_cast<std::size_t>(state)]));
+    }
   }
   CsvWriter csv(target, columns);
+  std::vector<Index> places;
   for (std::size_t k = 0; k < trace.steps.size(); ++k) {
     const TraceStep& s = trace.steps[k];
     std::vector<CsvField> row = {k, field(s.nees), s.nees_dof, field(s.nis), s.nis_dof};
-    const Index known = s.estimate.size();
-    for (Index i = 0; i < n; ++i) row.push_back(i < known ? field(s.truth[i]) : CsvField(""));
-    for (Index i = 0; i < n; ++i) row.push_back(i < known ? field(s.estimate[i]) : CsvField(""));
-    for (Index i = 0; i < n; ++i) row.push_back(i < known ? field(std::sqrt(s.P(i, i))) : CsvField(""));
+    find_places(states, s.states, places);
+    const auto add = [&](const auto& value_of) {
+      for (const Index i : places) row.push_back(i >= 0 ? field(value_of(i)) : CsvField(""));
+    };
+    add([&](Index i) { return s.truth[i]; });
+    add([&](Index i) { return s.estimate[i]; });
+    add([&](Index i) { return std::sqrt(s.P(i, i)); });
     csv.add(row);
   }
   csv.commit();

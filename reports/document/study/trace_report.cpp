@@ -97,7 +97,7 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
     table.add({k, errors_text(states, s), s.nees, s.nees_dof, s.nis, s.nis_dof});
   }
   if (every > 1)
-    table.notes = {fmt::format("every {}th of {} steps; all of them with --format json", every, last)};
+    table.notes = {fmt::format("every {} of {} steps; all of them with --format json", ordinal(every), last)};
   return table;
 }
 

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <stdexcept>
 
+#include "montecarlo/engine/shared_tasks.h"
 #include "montecarlo/scenario/scenario_io.h"
+#include "tests/montecarlo/engine/thread_ranks.h"
 
 namespace credence::internal {
 namespace {
@@ -31,14 +34,17 @@ TEST(EstimatorMap, TheCheapestIsTheOneThatIsEnough) {
   EXPECT_EQ(map.cheapest(1), std::nullopt);
 }
 
-// Of a filter that claims a tenth of the variance, an exact one, and one that claims ten times as much.
-TEST(EstimatorMap, BothDirectionsAreJudged) {
-  const SweepPlan plan = plan_sweep(read_scenario_text(
+/// A filter that claims a tenth of the variance, an exact one, and one that claims ten times as much.
+SweepPlan three_scales() {
+  return plan_sweep(read_scenario_text(
       "[world]\nmodel = \"linear\"\nF = [[0.9]]\nH = [[1]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
       "[study]\nruns = 24\nsteps = 50\n[sweep]\nmode = \"zip\"\n"
       "filter.process_scale = [0.1, 1.0, 10.0]\nfilter.measurement_scale = [0.1, 1.0, 10.0]\n",
       "t.toml"));
-  const EstimatorMap map = map_estimators(plan, {.estimators = {"kalman"}});
+}
+
+TEST(EstimatorMap, BothDirectionsAreJudged) {
+  const EstimatorMap map = map_estimators(three_scales(), {.estimators = {"kalman"}});
   ASSERT_EQ(map.studies.size(), 3U);
   EXPECT_EQ(map.verdict(0, 0), Verdict::optimistic);
   EXPECT_EQ(map.verdict(1, 0), Verdict::consistent);
@@ -46,6 +52,26 @@ TEST(EstimatorMap, BothDirectionsAreJudged) {
   EXPECT_EQ(map.cheapest(0), std::nullopt);
   EXPECT_EQ(map.cheapest(1), 0U);
   EXPECT_EQ(map.cheapest(2), std::nullopt);
+}
+
+TEST(EstimatorMap, AllRanksGoToEveryPoint) {
+  const EstimatorMap alone = map_estimators(three_scales(), {.estimators = {"kalman"}});
+  on_ranks(3, [&](ThreadRanks& ranks) {
+    std::optional<EstimatorMap> map;
+    try {
+      map = map_estimators(three_scales(), {.estimators = {"kalman"}, .threads = 1, .ranks = &ranks});
+    } catch (const RanksEnded&) {
+    }
+    finish_ranks(ranks);
+    if (is_helper(&ranks)) {
+      EXPECT_TRUE(!map || map->studies.size() == 3U);
+      return;
+    }
+    ASSERT_TRUE(map.has_value());
+    EXPECT_TRUE(map->complete);
+    for (std::size_t point = 0; point < 3; ++point)
+      EXPECT_EQ(map->studies[point].rows[0].nees[0].mean, alone.studies[point].rows[0].nees[0].mean);
+  });
 }
 
 TEST(EstimatorMap, OtherWorldsAreRefused) {

@@ -7,7 +7,6 @@
 #include <atomic>
 #include <cmath>
 #include <stdexcept>
-#include <tuple>
 
 #include "core/filters/estimators/estimators.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -136,13 +135,12 @@ TEST(EstimatorStudy, ALinearWorldHasItsEstimators) {
   EXPECT_THROW(study_estimators(plain, {.estimators = {"own-gain"}}), std::invalid_argument);
 }
 
-// Runs end where the statistics of errors, or P itself, grow beyond all numbers: without and with missed
-// measurements.
+// Runs end where the statistics of errors grow beyond all numbers: without and with missed measurements.
 TEST(EstimatorStudy, ALinearFilterThatFailsIsNamed) {
   const char* text =
       "[world]\nmodel = \"linear\"\nF = [[2]]\nH = [[0]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
       "[study]\nruns = 5\nsteps = 1200\n";
-  for (const auto& [detection, first, last] : {std::tuple{"1", 249, 249}, {"0.9", 501, 515}}) {
+  for (const char* detection : {"1", "0.9"}) {
     const std::vector<std::string> missed = {std::string("noise.detection_probability=") + detection};
     const EstimatorStudy study =
         study_estimators(load_scenario_text(text, "s.toml", missed), {.estimators = {"kalman"}});
@@ -150,8 +148,7 @@ TEST(EstimatorStudy, ALinearFilterThatFailsIsNamed) {
     EXPECT_EQ(row.runs, 0) << detection;
     ASSERT_EQ(row.failures.size(), 5U) << detection;
     EXPECT_EQ(row.failures[0].outcome, Outcome::not_positive_definite);
-    EXPECT_GE(row.failures[0].step, first);
-    EXPECT_LE(row.failures[0].step, last);
+    EXPECT_EQ(row.failures[0].step, 249);  // 4/3 4^249 is beyond 1e150
     EXPECT_TRUE(std::isnan(study.bound.position_squared));
   }
 }

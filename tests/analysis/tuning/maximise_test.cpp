@@ -32,6 +32,30 @@ TEST(Maximise, FindsTheTopOfAParabola) {
   }
 }
 
+/// One whose scores cannot be had beyond some evaluations.
+class FailingScore : public QuadraticScore {
+ public:
+  explicit FailingScore(bool gradient)
+      : QuadraticScore(Vector{{1.5, -2.0, 3.0}}, some_curvature(), gradient) {}
+  UnitScores scores(const Vector& phi, bool gradient) const override {
+    if (evaluations() == 4) throw std::out_of_range("the fifth");
+    return QuadraticScore::scores(phi, gradient);
+  }
+};
+
+TEST(Maximise, WhatTheModelThrowsEndsTheSearchAsItIs) {
+  for (const bool gradient : {true, false}) {
+    const FailingScore score(gradient);
+    try {
+      maximise(score, Vector::Zero(3), kWideBox, kAllFree, scales_of(some_curvature()));
+      FAIL() << gradient;
+    } catch (const std::out_of_range& error) {
+      EXPECT_STREQ(error.what(), "the fifth");
+    }
+    EXPECT_EQ(score.evaluations(), 4) << "none after it";
+  }
+}
+
 TEST(Maximise, HoldsWhatIsNotFree) {
   const Matrix A = some_curvature();
   const Vector top{{1.5, -2.0, 3.0}}, start{{0.5, 0.25, -1.0}};

@@ -53,6 +53,25 @@ TEST(NoiseParameters, DerivativesAreThoseOfDifferences) {
   }
 }
 
+TEST(NoiseParameters, ScalesMultiplyWholeCovariances) {
+  const NoiseParameters noise(survey_model(), parse_free_noise("full(Q),diag(R),P0"));
+  Vector phi = noise.start();
+  phi.array() += 0.3;
+  const Vector t{{std::log(3.0), std::log(0.5), std::log(7.0)}};
+  const LinearModel before = noise.at(phi), after = noise.at(noise.scaled(phi, t));
+  EXPECT_LT((after.Q - 3.0 * before.Q).norm(), 1e-13 * after.Q.norm());
+  EXPECT_LT((after.R - 0.5 * before.R).norm(), 1e-13 * after.R.norm());
+  EXPECT_LT((after.P0 - 7.0 * before.P0).norm(), 1e-13 * after.P0.norm());
+  const Matrix directions = noise.scale_directions(phi);
+  ASSERT_EQ(directions.cols(), 3);
+  constexpr double h = 1e-6;
+  for (Index j = 0; j < 3; ++j) {
+    const Vector step = h * Vector::Unit(3, j);
+    const Vector slope = (noise.scaled(phi, step) - noise.scaled(phi, -step)) / (2.0 * h);
+    EXPECT_LT((directions.col(j) - slope).norm(), 1e-9) << j;
+  }
+}
+
 TEST(NoiseParameters, RefusesWhatHasNoFactor) {
   LinearModel model = survey_model();
   EXPECT_THROW(NoiseParameters(model, parse_free_noise("diag(Q)")), std::invalid_argument);

@@ -83,6 +83,8 @@ TEST(ScenarioNoise, FactorsBecomeScalesAndMatricesKeys) {
   EXPECT_EQ(factors->key("R").unit, 1.0);
   EXPECT_EQ(factors->key("P0").name, "factor of filter.P0");
   EXPECT_EQ(factors->key("R[1,1]").name, "filter.R[1,1]");
+  EXPECT_EQ(factors->key("R[1,1]").unit, 1.0);
+  EXPECT_EQ(factors->key("Q[2,1]").unit, 0.5) << "before filter.process_scale";
   EXPECT_EQ(factors->key("L_Q[2,1]").name, "L_Q[2,1]");
   // A matrix of its own leaves the scale as it is.
   const auto full = make_scenario_score(scenario, parse_free_noise("full(Q)"), 1);

@@ -331,6 +331,18 @@ TEST(EkfSlam, AnExactMeasurementIsCorrectedInJosephsForm) {
   EXPECT_TRUE(filter.update(z).ok);
 }
 
+TEST(EkfSlam, SequentialInflationNeedsADiagonalR) {
+  InflationRule rule;
+  rule.inflation = Inflation::map;
+  const PlanarModel model{.vehicle = {}, .dt_s = 0.1};
+  const Eigen::Matrix2d Q = 0.01 * Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d R;
+  R << 0.01, 0.001, 0.001, 0.0004;
+  EXPECT_NO_THROW(PlanarEkf(model, Q, R, rule));
+  rule.solution = InflationSolution::sequential;
+  EXPECT_THROW(PlanarEkf(model, Q, R, rule), std::invalid_argument);
+}
+
 TEST(EkfSlam, SequentialInflationKeepsLandmarksUncorrelatedAndPositiveDefinite) {
   InflationRule rule;
   rule.inflation = Inflation::map;

@@ -58,6 +58,10 @@ TEST_F(FilterLog, StepsMayBeCountedFromZero) {
   while (reader.next(row)) {
   }
   EXPECT_EQ(reader.failure().value().step, 2);
+  FilterLogReader threw(write(kHeader + "0,2,3,2,3,4,0,9,0,2\n# failed: threw at step 1\n"));
+  while (threw.next(row)) {
+  }
+  EXPECT_EQ(threw.failure().value().outcome, Outcome::threw);
 }
 
 TEST_F(FilterLog, MayHoldTheNoiseThatTheFilterAssumes) {
@@ -236,6 +240,7 @@ TEST_F(FilterLog, KeepsTheRunsOfARunColumnApart) {
   EXPECT_EQ(row.step, 1);
   ASSERT_TRUE(reader.failure().has_value());
   EXPECT_EQ(reader.failure()->step, 3);
+  EXPECT_EQ(reader.failure()->outcome, Outcome::diverged);
   EXPECT_FALSE(reader.next(row));
 }
 

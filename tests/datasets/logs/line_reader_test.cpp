@@ -36,6 +36,12 @@ TEST(LineReader, lines_end_with_lf_or_cr_lf) {
   EXPECT_THAT(lines_of(std::string("a\0b\n", 4)), ElementsAre(std::string("a\0b", 3)));
 }
 
+TEST(LineReader, a_byte_order_mark_is_no_part_of_the_first_line) {
+  EXPECT_THAT(lines_of("\xEF\xBB\xBFone\ntwo\n"), ElementsAre("one", "two"));
+  EXPECT_THAT(lines_of("\xEF\xBB\xBF"), IsEmpty());
+  EXPECT_THAT(lines_of("one\n\xEF\xBB\xBFtwo\n"), ElementsAre("one", "\xEF\xBB\xBFtwo"));
+}
+
 TEST(LineReader, a_last_line_without_its_end_is_an_error_that_names_it) {
   expect_line_error("one\ntwo", "lines.txt:2: the last line has no end: cut off?");
   expect_line_error("one", "lines.txt:1: the last line has no end");

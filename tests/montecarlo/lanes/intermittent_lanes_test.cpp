@@ -317,10 +317,10 @@ TEST(IntermittentLanes, add_a_full_tile_as_its_runs) {
   }
 }
 
-TEST(IntermittentLanes, a_run_that_overflows_ends_there_and_is_named) {
+TEST(IntermittentLanes, a_run_whose_variance_grows_beyond_all_numbers_ends_there_and_is_named) {
   Scenario s = intermittent_monobot(2, 0, 0.0);  // sees nothing
-  s.noise.process_variance = 1e300;
-  s.filter.process_scale = 5e7;
+  s.noise.process_variance = 1e142;
+  s.filter.process_scale = 3e7;
   IntermittentLanes lanes(monobot_problem(s), NoiseSource(1, 0));
   lanes.start(64, 2);
   StudyStatistics statistics;
@@ -329,7 +329,7 @@ TEST(IntermittentLanes, a_run_that_overflows_ends_there_and_is_named) {
     done += lanes.advance(8 - done);
     lanes.add_to(statistics);
   }
-  // Its P of the vehicle is 1 + 5e307 k, past the largest double, 1.798e308, at k = 4.
+  // Its P of the vehicle is 1 + 3e149 k, past kLargestTrace at k = 4.
   ASSERT_EQ(statistics.failures.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(statistics.failures[i].run, 64 + static_cast<std::int64_t>(i));

@@ -138,6 +138,7 @@ TEST(PosteriorBound, ThatIsNotThereHasAReason) {
               HasSubstr("that have noise"));
   EXPECT_THAT(bound_of("tracking", {"world.sensor=range_bearing", "noise.range_std=0"}).reason,
               HasSubstr("that have noise"));
+  EXPECT_THAT(bound_of("localisation", {"noise.position_std=0"}).reason, HasSubstr("that have noise"));
   EXPECT_THAT(bound_of("planar", {"world.landmarks=2000"}).reason, HasSubstr("too many"));
   EXPECT_THAT(bound_of("planar_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
   EXPECT_THAT(bound_of("spatial_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));

@@ -8,16 +8,6 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(PgfCanvas, EscapesWhatLatexReadsAsCommands) {
-  EXPECT_EQ(latex_words("100 % of P_{f1} & #3"), "100 \\% of P\\_\\{f1\\} \\& \\#3");
-  EXPECT_EQ(latex_words("\\input{x}"), "\\textbackslash{}input\\{x\\}");
-}
-
-TEST(PgfCanvas, WritesSignsThatTextLacks) {
-  EXPECT_EQ(latex_words("±2σ (m²)"), "$\\pm$2$\\sigma$ (m$^2$)");
-  EXPECT_EQ(latex_words("café"), "café") << "letters of utf8 are known to LaTeX";
-}
-
 TEST(PgfCanvas, DrawsUpFromTheLowerLeftCornerInBigPoints) {
   PgfCanvas canvas(378.0, 240.0, "two\nlines");
   const CanvasPath line{{0, 240}, {378, 0}};

@@ -123,6 +123,25 @@ TEST(ErrorResiduals, OfAMemoryThatComesAndGoesAreNone) {
   EXPECT_TRUE(residual_nees_of(errors_with_memory(2, 500, phi, gaussian_noise(random))).empty());
 }
 
+// As of a constant that few rows tell as much as there is to be told: what is new in it has a direction of
+// its own in these rows, and is nothing in all others.
+TEST(ErrorResiduals, OfAStateThatSoonStaysAsItIsAreNone) {
+  std::mt19937_64 random(38);
+  Matrix z(3, 300);
+  z.topRows(2) = errors_with_memory(
+      2, 300, [](Index) { return 0.8; }, gaussian_noise(random));
+  ASSERT_FALSE(residual_nees_of(z.topRows(2)).empty());
+  const auto noise = gaussian_noise(random);
+  for (const double rows : {1.0, 15.0}) {
+    double state = noise();
+    for (Index k = 0; k < z.cols(); ++k) {
+      state += std::exp(-static_cast<double>(k) / rows) * noise();
+      z(2, k) = state + 1e-9 * noise();
+    }
+    EXPECT_TRUE(residual_nees_of(z).empty()) << rows;
+  }
+}
+
 // A σ that is too small and too large in turn is no matter of tails.
 TEST(ErrorResiduals, OfASizeThatGoesUpAndDownAreNone) {
   std::mt19937_64 random(37);

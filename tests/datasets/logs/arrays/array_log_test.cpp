@@ -72,7 +72,7 @@ TEST(ArrayLog, times_are_of_each_run_or_of_all) {
   EXPECT_THAT(other.said(), HasSubstr("time (4) is not used"));
   const RecordedSink back = read({2, 3}, {0, 1, 2, 10, 12, 11});
   EXPECT_TRUE(back.runs.at(1).time_s.empty());
-  EXPECT_THAT(back.said(), HasSubstr("time is not used: it does not increase from step to step of run 2."));
+  EXPECT_THAT(back.said(), HasSubstr("time is not used: it does not increase from step to step of run 1."));
 }
 
 TEST(ArrayLog, arrays_that_nobody_reads_are_named) {
@@ -82,6 +82,8 @@ TEST(ArrayLog, arrays_that_nobody_reads_are_named) {
       .add("innovaton", {1, 1, 1})
       .add("R_gps", {1, 1});
   EXPECT_EQ(read_in_memory(file).said(), "Not read: innovaton, R_gps.\n");
+  file.add("names", {});  // as a reader says of names that are no text
+  EXPECT_EQ(read_in_memory(file).said(), "Not read: innovaton, R_gps, names.\n");
 }
 
 TEST(ArrayLog, dimensions_the_other_way_round_are_told_how_to_turn) {

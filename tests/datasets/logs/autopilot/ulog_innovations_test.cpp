@@ -41,6 +41,19 @@ void say(UlogWriter& log, std::uint16_t id, std::uint64_t time_us, const std::ve
   log.data(id, row.bytes());
 }
 
+// A timestamp_sample of 0 is none: the rows then meet by when they were sent.
+TEST(UlogInnovations, WithoutATimeOfTheSampleThatOfTheMessageCounts) {
+  const std::string times = "uint64_t timestamp_sample;";
+  UlogWriter log = pairs_of(times + "float baro_vpos;", times + "float baro_vpos;");
+  for (const std::uint64_t time_us : {1000U, 2000U, 3000U}) {
+    for (const std::uint16_t id : {1, 2}) {
+      ByteWriter row;
+      log.data(id, row.add(time_us).add(std::uint64_t{0}).add(static_cast<float>(time_us)).bytes());
+    }
+  }
+  EXPECT_EQ(judged_flight(log).runs.at(0).steps.size(), 3U);
+}
+
 // Of the fields only the first has a variance of as many components.
 TEST(UlogInnovations, AFieldWithoutAVarianceOfItsSizeIsNotJudged) {
   UlogWriter log =

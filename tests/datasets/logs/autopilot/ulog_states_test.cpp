@@ -35,13 +35,18 @@ LogReadOptions against_truth() {
   return options;
 }
 
+/// How many states and variances a version of PX4 logs.
+struct Counts {
+  int states = 24, variances = 24;
+};
+
 /// A simulated flight: 30 rows of states at 100 Hz and a truth at 50 Hz, whose origin is elsewhere; one row
 /// is not finite. bend: of the truth's way to the north, k + bend k².
-UlogWriter simulated(bool error_state, int not_finite = -1, double latitude = 47.0,
+UlogWriter simulated(Counts counts, int not_finite = -1, double latitude = 47.0,
                      float estimated_height = 410.0F, float bend = 0.0F) {
   UlogWriter log;
-  log.format(fmt::format("estimator_states:uint64_t timestamp;float[24] states;float[{}] covariances;",
-                         error_state ? 23 : 24));
+  log.format(fmt::format("estimator_states:uint64_t timestamp;float[{}] states;float[{}] covariances;",
+                         counts.states, counts.variances));
   const std::string local =
       "uint64_t timestamp;double ref_lat;double ref_lon;float ref_alt;float x;float y;"
       "float z;float vx;float vy;float vz;";
@@ -64,8 +69,10 @@ UlogWriter simulated(bool error_state, int not_finite = -1, double latitude = 47
     const auto k = static_cast<float>(i);
     const float north = i == not_finite ? std::numeric_limits<float>::quiet_NaN() : k;
     const float motion[] = {1.5F, 2.0F, -1.0F, north, 2.0F * k, -k + 10.25F};
-    for (int s = 0; s < 24; ++s) row.add(s >= 4 && s < 10 ? motion[s - 4] : 0.0F);
-    for (int s = 0; s < (error_state ? 23 : 24); ++s) row.add(static_cast<float>(s + (error_state ? 1 : 0)));
+    for (int s = 0; s < counts.states; ++s) row.add(s >= 4 && s < 10 ? motion[s - 4] : 0.0F);
+    // Each is the number of its state; the error state has one component less, of the attitude.
+    const int before = counts.states - counts.variances;
+    for (int s = 0; s < counts.variances; ++s) row.add(static_cast<float>(s + before));
     log.data(1, row.bytes());
   }
   return log;
@@ -74,8 +81,9 @@ UlogWriter simulated(bool error_state, int not_finite = -1, double latitude = 47
 TEST(UlogStates, StatesOfASimulatedFlightAreJudgedAgainstItsTruth) {
   LogReadOptions options;
   options.truth_topic = "vehicle_local_position_groundtruth";
-  for (const bool error_state : {false, true}) {
-    const RecordedSink sink = read_states(simulated(error_state).bytes(), options);
+  // Up to 1.14; an error state since; and with the height of the terrain, from 1.15 on.
+  for (const Counts counts : {Counts{24, 24}, Counts{24, 23}, Counts{25, 24}}) {
+    const RecordedSink sink = read_states(simulated(counts).bytes(), options);
     ASSERT_EQ(sink.runs.size(), 1U);
     EXPECT_EQ(sink.runs[0].layout.states.size(), 6U);
     EXPECT_EQ(sink.runs[0].layout.units, (std::vector<std::string>{"m/s", "m/s", "m/s", "m", "m", "m"}));
@@ -88,19 +96,19 @@ TEST(UlogStates, StatesOfASimulatedFlightAreJudgedAgainstItsTruth) {
     EXPECT_LT((step.error - error).norm(), 1e-5);  // float, and the earth's curve
     EXPECT_EQ(step.P.diagonal(), (Vector(6) << 4, 5, 6, 7, 8, 9).finished());
   }
-  const RecordedSink broken = read_states(simulated(false, 7).bytes(), options);
+  const RecordedSink broken = read_states(simulated({}, 7).bytes(), options);
   EXPECT_EQ(broken.runs.at(0).steps.size(), 28U);
   EXPECT_EQ(broken.unmatched_rows, 1) << "it has a truth";
   EXPECT_THAT(broken.said(), HasSubstr("1 of 30 rows of estimator_states, whose estimate or variance"));
   options.truth_topic = "/gt";
-  EXPECT_THAT([&] { read_states(simulated(false).bytes(), options); },
+  EXPECT_THAT([&] { read_states(simulated({}).bytes(), options); },
               ::testing::ThrowsMessage<std::invalid_argument>(
                   HasSubstr("accepted is vehicle_local_position_groundtruth")));
 }
 
 TEST(UlogStates, WhatLiesBetweenTwoRowsOfTheTruthIsLeftOutWhereItMatters) {
   const auto bent_by = [](float bend) {
-    return read_states(simulated(false, -1, 47.0, 410.0F, bend).bytes(), against_truth());
+    return read_states(simulated({}, -1, 47.0, 410.0F, bend).bytes(), against_truth());
   };
   EXPECT_EQ(bent_by(0.5F).runs.at(0).steps.size(), 29U);
   const RecordedSink bent = bent_by(2.0F);
@@ -111,7 +119,7 @@ TEST(UlogStates, WhatLiesBetweenTwoRowsOfTheTruthIsLeftOutWhereItMatters) {
 
 // Without an origin a local position is of an unknown place; a height of exactly 0 is one that nobody set.
 TEST(UlogStates, WhatHasNoOriginIsNotJudgedAndSaysSo) {
-  const RecordedSink nowhere = read_states(simulated(true, -1, std::nan("")).bytes(), against_truth());
+  const RecordedSink nowhere = read_states(simulated({24, 23}, -1, std::nan("")).bytes(), against_truth());
   ASSERT_EQ(nowhere.runs.size(), 1U);
   EXPECT_EQ(nowhere.runs[0].layout.states,
             (std::vector<std::string>{"velocity.north", "velocity.east", "velocity.down"}));
@@ -119,17 +127,17 @@ TEST(UlogStates, WhatHasNoOriginIsNotJudgedAndSaysSo) {
   EXPECT_EQ(nowhere.runs[0].steps.at(3).P.diagonal(), Vector(Eigen::Vector3d(4, 5, 6)));
   EXPECT_LT((nowhere.runs[0].steps[3].error - Eigen::Vector3d(0.5, 0.0, 0.0)).norm(), 1e-6);
   EXPECT_THAT(nowhere.said(), HasSubstr("Positions are not judged: the log does not hold the origins"));
-  const RecordedSink flat = read_states(simulated(true, -1, 47.0, 0.0F).bytes(), against_truth());
+  const RecordedSink flat = read_states(simulated({24, 23}, -1, 47.0, 0.0F).bytes(), against_truth());
   EXPECT_EQ(flat.runs.at(0).layout.states.size(), 5U);
   EXPECT_EQ(flat.runs[0].layout.states.back(), "position.east");
   EXPECT_THAT(flat.said(), HasSubstr("Heights are not judged"));
-  const RecordedSink whole = read_states(simulated(true).bytes(), against_truth());
+  const RecordedSink whole = read_states(simulated({24, 23}).bytes(), against_truth());
   EXPECT_THAT(whole.said(), Not(HasSubstr("not judged")));
 }
 
 // A position that is not finite says nothing against the velocity beside it.
 TEST(UlogStates, WhatIsNotJudgedNeedNotBeFinite) {
-  const RecordedSink nowhere = read_states(simulated(true, 7, std::nan("")).bytes(), against_truth());
+  const RecordedSink nowhere = read_states(simulated({24, 23}, 7, std::nan("")).bytes(), against_truth());
   ASSERT_EQ(nowhere.runs.at(0).steps.size(), 29U);
   EXPECT_LT((nowhere.runs[0].steps[7].error - Eigen::Vector3d(0.5, 0.0, 0.0)).norm(), 1e-6);
   EXPECT_THAT(nowhere.said(), Not(HasSubstr("not finite")));
@@ -138,10 +146,10 @@ TEST(UlogStates, WhatIsNotJudgedNeedNotBeFinite) {
 TEST(UlogStates, AnInstanceThatIsNotThereIsRefusedNamingThoseThatAre) {
   LogReadOptions options = against_truth();
   options.instance = 3;
-  EXPECT_THAT([&] { read_states(simulated(true).bytes(), options); },
+  EXPECT_THAT([&] { read_states(simulated({24, 23}).bytes(), options); },
               ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("--instance 3: there are 0")));
   options.instance = 0;
-  EXPECT_EQ(read_states(simulated(true).bytes(), options).runs.size(), 1U);
+  EXPECT_EQ(read_states(simulated({24, 23}).bytes(), options).runs.size(), 1U);
 }
 
 TEST(UlogStates, ALogWithoutStatesOrTruthOrACommonTimeIsRefused) {

@@ -101,6 +101,16 @@ void expect_the_run(const RecordedSink& sink, const std::string& what) {
   }
 }
 
+TEST(RosLog, ATruthOfTwoTypesIsRefused) {
+  BagContent content = bag(Kind::cdr);
+  content.topics.push_back({"/truth", "nav_msgs/Odometry"});
+  for (int i = 0; i < 12; i += 2) content.messages.push_back({3, time_of(i) + 0.01, odometry(Kind::cdr, i, covariance(i))});
+  EXPECT_THAT([&] { read_mcap(content, with_truth()); },
+              ::testing::ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("--truth-topic /truth: messages of two types, geometry_msgs/PoseStamped and "
+                            "nav_msgs/Odometry")));
+}
+
 TEST(RosLog, TheSamePosesComeOutOfEveryContainerPackedInEveryWay) {
   const TemporaryFolder folder;
   for (const Kind kind : {Kind::cdr, Kind::cdr_big_endian, Kind::cdr2}) {

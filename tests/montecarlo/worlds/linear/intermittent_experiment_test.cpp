@@ -182,7 +182,7 @@ TEST(IntermittentExperiment, a_wrong_filter_has_its_exact_mean_given_what_it_saw
 
 TEST(IntermittentExperiment, runs_that_fail_are_counted_named_and_end_there) {
   Scenario s = intermittent_monobot(2, 0, 0.01);
-  s.noise.process_variance = 1e306;  // overflows where nothing is seen for long
+  s.noise.process_variance = 1e148;  // beyond kLargestTrace where nothing is seen for long
   s.study.steps = 4000;
   const IntermittentExperiment experiment = experiment_of(s);
   const StudyStatistics statistics = experiment.run_chunk(0, 40);

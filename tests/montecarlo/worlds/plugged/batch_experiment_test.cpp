@@ -13,7 +13,7 @@ namespace credence::internal {
 namespace {
 
 using testing::Each;
-using testing::HasSubstr;
+using testing::ElementsAre;
 using testing::IsEmpty;
 
 /// A pendulum with friction, now and then not measured.
@@ -130,6 +130,18 @@ TEST(BatchExperiment, AnExceptionEndsTheRunsOfItsBatch) {
   const std::vector<Outcome> outcomes = batch.visit_runs(0, 6, [](std::int64_t, const TraceStep&) {});
   EXPECT_EQ(outcomes.size(), 6U);
   EXPECT_THAT(outcomes, Each(Outcome::threw));
+}
+
+TEST(BatchExperiment, ProblemsSayWhatThrows) {
+  const FunctionModel model = swing();
+  const BatchExperiment batch(FunctionWorld(model),
+                              [&] {
+                                FourLanes lanes(model);
+                                lanes.throws_above = 0.0;
+                                return lanes;
+                              },
+                              {.steps = 20});
+  EXPECT_THAT(batch.problems(), ElementsAre("every run fails at the first step, run 0 with: too far"));
 }
 
 TEST(BatchExperiment, WhatIsThrownNeedNotBeAnException) {

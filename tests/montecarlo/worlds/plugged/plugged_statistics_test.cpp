@@ -93,6 +93,13 @@ TEST(CompletedLayout, KeepsTheUnitsThatAWorldTellsAndRefusesThoseThatDoNotFit) {
             "layout(): state 'yaw' is an angle, in 'deg'; an angle is in rad");
   EXPECT_EQ(said({.states = {"x", "v [m/s]"}, .units = {"m", "km/h"}}),
             "layout(): state 'v' is in 'km/h', and by its name in 'm/s'");
+  const std::string no_column =
+      "has a comma, a quote or a control character, which a column's name cannot have";
+  EXPECT_EQ(said({.states = {"x,y"}}), "states: \"x,y\" " + no_column);
+  EXPECT_EQ(said({.states = {"x", "v\n"}}), "states: \"v\\n\" " + no_column);
+  EXPECT_EQ(said({.states = {"x"}, .units = {"in\""}}), "units: \"in\\\"\" " + no_column);
+  EXPECT_EQ(said({.states = {"x [kg,m]"}}), "units: \"kg,m\" " + no_column);
+  EXPECT_EQ(said({.states = {"θ̇ [°/s]"}}), "accepted");
 }
 
 TEST(ModelLayout, ReadsAnglesBlocksAndSensorsFromNames) {

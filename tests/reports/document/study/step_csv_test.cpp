@@ -45,27 +45,38 @@ class StepCsv : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+// A state keeps its columns, also where one with a lower number comes later.
 TEST_F(StepCsv, ATraceLeavesOutWhatIsNotKnownYet) {
   RunTrace trace;
-  trace.steps.resize(2);
-  trace.steps[0].truth = Vector{{1.0}};
-  trace.steps[0].estimate = Vector{{1.5}};
-  trace.steps[0].P = Matrix{{0.25}};
+  trace.layout.states = {"x", "never", "low", "high"};
+  trace.steps.resize(3);
+  trace.steps[0].states = {0, 3};
+  trace.steps[0].truth = Vector{{1.0, 7.0}};
+  trace.steps[0].estimate = Vector{{1.5, 7.5}};
+  trace.steps[0].P = Vector{{0.25, 16.0}}.asDiagonal();
   trace.steps[0].nees = std::nan("");
-  trace.steps[1].truth = Vector{{2.0, 3.0}};
-  trace.steps[1].estimate = Vector{{2.5, 3.5}};
-  trace.steps[1].P = Matrix{{4.0, 1.0}, {1.0, 9.0}};
+  trace.steps[1].states = {0, 2, 3};
+  trace.steps[1].truth = Vector{{2.0, 3.0, 7.0}};
+  trace.steps[1].estimate = Vector{{2.5, 3.5, 7.25}};
+  trace.steps[1].P = Matrix{{4.0, 1.0, 0.0}, {1.0, 9.0, 0.0}, {0.0, 0.0, 25.0}};
   trace.steps[1].nees = 1.25;
   trace.steps[1].nees_dof = 2;
   trace.steps[1].nis = std::numeric_limits<double>::infinity();
   trace.steps[1].nis_dof = 1;
+  trace.steps[2].states = {0};
+  trace.steps[2].truth = trace.steps[2].estimate = Vector{{8.0}};
+  trace.steps[2].P = Matrix{{1.0}};
   write_trace_csv(folder_ / "trace.csv", trace);
   const auto records = records_of(folder_.read("trace.csv"));
-  ASSERT_EQ(records.size(), 3U);
-  EXPECT_THAT(records[0], ElementsAre("step", "nees", "nees_dof", "nis", "nis_dof", "true_0", "true_1",
-                                      "estimate_0", "estimate_1", "std_0", "std_1"));
-  EXPECT_THAT(records[1], ElementsAre("0", "", "0", "0", "0", "1", "", "1.5", "", "0.5", ""));
-  EXPECT_THAT(records[2], ElementsAre("1", "1.25", "2", "", "1", "2", "3", "2.5", "3.5", "2", "3"));
+  ASSERT_EQ(records.size(), 4U);
+  EXPECT_THAT(records[0],
+              ElementsAre("step", "nees", "nees_dof", "nis", "nis_dof", "truth.x", "truth.low", "truth.high",
+                          "estimate.x", "estimate.low", "estimate.high", "std.x", "std.low", "std.high"));
+  EXPECT_THAT(records[1],
+              ElementsAre("0", "", "0", "0", "0", "1", "", "7", "1.5", "", "7.5", "0.5", "", "4"));
+  EXPECT_THAT(records[2],
+              ElementsAre("1", "1.25", "2", "", "1", "2", "3", "7", "2.5", "3.5", "7.25", "2", "3", "5"));
+  EXPECT_THAT(records[3], ElementsAre("2", "0", "0", "0", "0", "8", "", "", "8", "", "", "1", "", ""));
 }
 
 TEST_F(StepCsv, ALogCountsItsStepsByTheirStride) {
