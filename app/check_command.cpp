@@ -15,6 +15,7 @@
 #include "app/standard_input.h"
 #include "app/study_runner.h"
 #include "app/tell.h"
+#include "core/append_item.h"
 #include "core/large_pages.h"
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/log_name.h"
@@ -179,7 +180,7 @@ int check(const CheckArguments& options, std::optional<StandardInputFile>& input
   const Document document = log_document(std::move(logs));
   print(document, options);
   if (!options.quiet) {
-    say(fmt::format("{} rows in {:.2f} s, {:.0f} rows/s", rows, elapsed.count(),
+    say(fmt::format("{} in {:.2f} s, {:.0f} rows/s", counted(rows, "row"), elapsed.count(),
                     static_cast<double>(rows) / elapsed.count()));
   }
   write_report(document, options);

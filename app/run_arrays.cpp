@@ -45,7 +45,7 @@ class ArrayPairWriter {
   NamedArray vectors_, matrices_;
 };
 
-std::vector<Index> counted(Index n) {
+std::vector<Index> first_places(Index n) {
   std::vector<Index> all;
   for (Index i = 0; i < n; ++i) all.push_back(i);
   return all;
@@ -63,7 +63,7 @@ std::string run_arrays(const RunLayout& layout, std::span<const Step> steps, dou
   for (std::size_t k = 0; k < steps.size(); ++k) {
     state.set(k, steps[k].states, steps[k].error, steps[k].P);
     for (const Innovation& innovation : steps[k].innovations) {
-      innovations.set(k, counted(innovation.nu.size()), innovation.nu, innovation.S);
+      innovations.set(k, first_places(innovation.nu.size()), innovation.nu, innovation.S);
     }
   }
   std::vector<NamedArray> arrays;

@@ -126,13 +126,15 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
     require_path(point.scenario, options.scenario);
   }
   require_no_option_of_others(options, false);
+  const bool swept = std::ranges::find(plan.axes, "filter.solution", &SweepAxis::path) != plan.axes.end();
+  const FollowedSolutions which = swept ? FollowedSolutions::own : FollowedSolutions::all;
   std::vector<PlanarStability> analyses(plan.points.size());
   ProgressDisplay display(plan.name, options.quiet, "configurations");
   StudyProgress progress{.runs_total = static_cast<std::int64_t>(plan.points.size())};
   std::mutex mutex;
   for_each_task(progress.runs_total, options.threads, &catch_interrupt(), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
-    analyses[at] = analyse_planar_stability(plan.points[at].scenario, options.loops);
+    analyses[at] = analyse_planar_stability(plan.points[at].scenario, options.loops, which);
     const std::lock_guard lock(mutex);
     ++progress.runs_done;
     display.show(progress);

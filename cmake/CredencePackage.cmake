@@ -22,7 +22,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcredence-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libboost-dev, libtbb-dev, libfmt-dev, nlohmann-json3-dev, \
 libsqlite3-dev, zlib1g-dev, libbz2-dev, liblz4-dev, libzstd-dev, libtomlplusplus-dev, libcairo2-dev, \
-pkg-config")
+libnlopt-cxx-dev, pkg-config")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-credence)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 if(TARGET credence_python)

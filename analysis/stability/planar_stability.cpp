@@ -72,8 +72,9 @@ PlanarFollowed followed(const PlanarPathRun& run, Linearisation at, InflationSol
   return f;
 }
 
-std::vector<InflationSolution> solutions_of(const Scenario& scenario) {
+std::vector<InflationSolution> solutions_of(const Scenario& scenario, FollowedSolutions which) {
   using enum InflationSolution;
+  if (which == FollowedSolutions::own) return {scenario.filter.solution};
   switch (scenario.filter.inflation) {
     case FilterInflation::map: return {pairwise, min_trace, sequential, batch, drop};
     case FilterInflation::full: return {pairwise, min_trace};
@@ -101,7 +102,7 @@ const PlanarFollowed& PlanarStability::own(InflationSolution solution, Linearisa
   return *it;
 }
 
-PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops) {
+PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops, FollowedSolutions which) {
   if (loops < 4) throw std::invalid_argument(fmt::format("loops = {}: must be at least 4", loops));
   if (scenario.world.model != "planar" || scenario.filter.inflation == FilterInflation::rank) {
     throw std::invalid_argument("a planar world without a constant inflation is needed");
@@ -111,7 +112,7 @@ PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops) 
   a.steps_per_loop = planar_steps_per_loop(scenario);
   for (const Linearisation at : {Linearisation::truth, Linearisation::estimate}) {
     PlanarRanks& ranks = at == Linearisation::truth ? a.truth : a.estimate;
-    for (const InflationSolution solution : solutions_of(scenario)) {
+    for (const InflationSolution solution : solutions_of(scenario, which)) {
       Scenario variant = scenario;
       variant.filter.solution = solution;
       const PlanarPathRun run = follow_planar_path(variant, loops, at);

@@ -68,12 +68,16 @@ struct PlanarStability {
 /// exact minimal trace lets one see.
 inline constexpr double kPlanarResolution = 2e-3;
 
+/// Which solutions of its inflation a filter is followed with.
+enum class FollowedSolutions { all, own };
+
 /// Follows the filter of `scenario` for `loops` >= 4 loops: with its inflation by every solution there is
-/// (pairwise and exact; for the map sequential, batch and drop as well), with Jacobians at the truth and in a
-/// noisy run.
+/// (pairwise and exact; for the map sequential, batch and drop as well), or by its own alone, with Jacobians
+/// at the truth and in a noisy run.
 ///
 /// Throws std::invalid_argument for fewer loops, a world that is not planar, and a constant inflation.
 /// O(loops · steps · n³).
-PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops);
+PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops,
+                                         FollowedSolutions which = FollowedSolutions::all);
 
 }  // namespace credence::internal

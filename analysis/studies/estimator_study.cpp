@@ -296,6 +296,7 @@ PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t
   const auto value = [&](const EstimatorRunValues& v) {
     return of_position ? v.position_squared : v.nees[at(EstimatorBlock::pose)];
   };
+  constexpr double kRounding = 1e-10;  // of two filters that are the same but for the order of their sums
   SkewedMoments difference;
   Moments first, second;
   for (std::size_t r = 0; r < kept[a].values.size(); ++r) {
@@ -303,7 +304,8 @@ PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t
     if (!of_a || !of_b) continue;
     first.add(value(*of_a));
     second.add(value(*of_b));
-    difference.add(value(*of_a) - value(*of_b));
+    const double apart = value(*of_a) - value(*of_b);
+    difference.add(std::abs(apart) <= kRounding * std::abs(value(*of_a)) ? 0.0 : apart);
   }
   PairedDifference result;
   result.first = setting.names[a];

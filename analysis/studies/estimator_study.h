@@ -10,6 +10,7 @@
 #include "analysis/evidence/verdicts/consistency.h"
 #include "analysis/laws/mean/run_mean.h"
 #include "analysis/laws/mean/student.h"
+#include "core/nan.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/scenario/scenario.h"
@@ -74,8 +75,9 @@ struct PairedDifference {
   bool of_position = false;  ///< of the squared position error, m²; else of the pose NEES over dof
   MeanInterval difference;
   double p_value = 1.0;
-  /// Variance that the difference would have with noise of its own for each, over that with common noise.
-  double gain = 1.0;
+  /// Variance that the difference would have with noise of its own for each, over that with common noise; NaN
+  /// where there is no difference.
+  double gain = kNaN;
 };
 
 /// An estimator that was not asked for by its name and refuses the scenario.

@@ -18,8 +18,8 @@ inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 /// Throws DataError for a file that begins as text of UTF-16 does.
 void refuse_utf16(const std::filesystem::path& file, std::string_view beginning);
 
-/// The lines of a text file one after another, in bounded memory, with LF or CR LF ends and without a byte order
-/// mark.
+/// The lines of a text file one after another, in bounded memory, with LF or CR LF ends and without a byte
+/// order mark.
 ///
 /// Every error is a DataError that names the file and, where there is one, the line: no such file, not a
 /// regular file, unreadable, text of UTF-16, a line above 16 MB, a last line without its end (a file cut in

@@ -13,9 +13,8 @@ TruthFiles::TruthFiles(std::span<const std::filesystem::path> logs, std::vector<
     : logs_(logs.begin(), logs.end()), truths_(std::move(truths)) {
   if (truths_.empty()) return;
   if (truths_.size() != 1 && truths_.size() != logs_.size()) {
-    throw std::invalid_argument(
-        fmt::format("--truth: {} for {}; accepted is one for all, or one for each",
-                    counted(truths_.size(), "file"), counted(logs_.size(), "log")));
+    throw std::invalid_argument(fmt::format("--truth: {} for {}; accepted is one for all, or one for each",
+                                            counted(truths_.size(), "file"), counted(logs_.size(), "log")));
   }
 }
 

@@ -231,8 +231,9 @@ void ReplayFilter::observe(double time_s, std::span<const LoggedObservation> obs
       const bool twice = std::ranges::find(batch, candidate.id, &Candidate::id) != batch.end();
       (twice ? later : batch).push_back(candidate);
     }
-    for (Candidate& candidate : later) candidate.is_new = false;
     if (update(batch, time_s - result_.start_time_s)) record_step(time_s - result_.start_time_s);
+    for (Candidate& candidate : later)
+      candidate.is_new = !is_known(candidate.id);  // also where the update failed
     waiting = later;
   }
 }

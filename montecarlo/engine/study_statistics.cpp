@@ -56,14 +56,6 @@ std::string_view to_string(Outcome outcome) {
   return "unknown";
 }
 
-std::optional<Outcome> outcome_named(std::string_view word) {
-  for (const Outcome outcome :
-       {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
-    if (word == to_string(outcome)) return outcome;
-  }
-  return std::nullopt;
-}
-
 void StepStatistics::merge(const StepStatistics& other) {
   for (std::size_t i = 0; i < quantities.size(); ++i) quantities[i].merge(other.quantities[i]);
   nees_dof += other.nees_dof;
@@ -110,6 +102,12 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
 }  // namespace credence
 
 namespace credence::internal {
+
+std::optional<Outcome> outcome_named(std::string_view word) {
+  const auto* const found =
+      std::ranges::find(kOutcomes, word, [](Outcome outcome) { return to_string(outcome); });
+  return found == kOutcomes.end() ? std::nullopt : std::optional(*found);
+}
 
 double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
   constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 3 * sizeof(std::uint64_t);

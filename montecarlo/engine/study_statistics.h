@@ -27,8 +27,6 @@ enum class Outcome : std::uint32_t {
 
 /// "ok", "diverged", "not_positive_definite" or "threw".
 std::string_view to_string(Outcome outcome);
-/// The one of that name; nothing for another word.
-std::optional<Outcome> outcome_named(std::string_view word);
 
 /// A run that did not end well, and the step (from 1) at which that was seen; it counts up to the step
 /// before.
@@ -128,6 +126,9 @@ namespace credence::internal {
 
 inline constexpr std::array kOutcomes = {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite,
                                          Outcome::threw};
+
+/// The one of that name; nothing for another word.
+std::optional<Outcome> outcome_named(std::string_view word);
 
 /// Bytes that a result store needs for a chunk of so many steps, at most.
 double most_stored_bytes(std::int64_t steps, std::int64_t runs);

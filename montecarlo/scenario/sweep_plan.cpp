@@ -98,6 +98,7 @@ class PointMaker {
       return resolve_scenario(settings_, file_);
     } catch (const ImpossibleCombination& error) {
       if (!plan_.skip_impossible) {
+        if (axes_.empty()) throw;
         throw ScenarioError(
             fmt::format("{} (sweep point {}; skip_impossible = true in [sweep] leaves such out)",
                         error.what(), point_text(plan_, point)));

@@ -118,6 +118,19 @@ TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
   EXPECT_NE(read("plane/index.html").find("rotation about the origin"), std::string::npos);
 }
 
+// Where the solutions are swept each point has its own alone, else all that there are.
+TEST_F(StabilityCommand, ASweepOfSolutionsFollowsEachOnce) {
+  const Finished f = run({"stability", scenario_file("map_solutions"), "--set", "world.landmarks=2",
+                          "--loops", "4", "--format", "json", "--quiet"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json configurations = Json::parse(f.out)["configurations"];
+  ASSERT_EQ(configurations.size(), 5U);
+  for (const Json& each : configurations) {
+    ASSERT_EQ(each["filters"].size(), 2U);  // at the truth and at the estimate
+    EXPECT_EQ(each["filters"][0]["solution"], each["scenario"]["filter"]["solution"]);
+  }
+}
+
 // Hours of either kind of world, and of a sweep.
 TEST_F(StabilityCommand, AnInterruptionIsHeardAndSaid) {
   const std::string linear = scenario_file("linear"), plane = scenario_file("planar_stability");

@@ -133,9 +133,10 @@ void tell_unread(const ArrayFile& file, const ArrayRoles& roles, const RunLayout
   };
   std::vector<std::string> unread;
   for (const ArrayShape& array : file.arrays()) {
-    const bool used = array.name == kTruth           ? roles.truth().has_value()
-                      : array.name == kNamesOfStates ? !array.dims.empty()
-                                                     : is_log_array(array.name) && !lacks_its_sensor(array.name);
+    const bool used = array.name == kTruth ? roles.truth().has_value()
+                      : array.name == kNamesOfStates
+                          ? !array.dims.empty()
+                          : is_log_array(array.name) && !lacks_its_sensor(array.name);
     if (used) continue;
     unread.push_back(shown_field(array.name));
   }

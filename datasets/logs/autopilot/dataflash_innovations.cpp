@@ -195,9 +195,9 @@ void read_cores(const std::filesystem::path& file, const LogReadOptions& options
                     gates));
   }
   if (chosen->clamped > 0) {
-    sink.remark(fmt::format(
-        "{} at the largest number of the field, where it is clamped: NIS is at least what is shown.",
-        counted(chosen->clamped, "test ratio")));
+    sink.remark(
+        fmt::format("{} {} clamped at the largest number of the field: NIS is at least what is shown.",
+                    counted(chosen->clamped, "test ratio"), chosen->clamped == 1 ? "is" : "are"));
   }
   if (names.find(',') != std::string::npos) {
     sink.remark(

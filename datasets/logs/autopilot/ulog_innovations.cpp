@@ -268,9 +268,9 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
   sink.remark(source_text(estimator) + fmt::format(" leaves {}.", series.counts()));
   if (estimator.has_ratios_alone()) tell_ratios(estimator.ratios, sink);
   if (estimator.sources.rejected() > 0) {
-    sink.remark(fmt::format("{} of these that did not pass the filter's gate {} judged too.",
-                            counted(estimator.sources.rejected(), "innovation"),
-                            estimator.sources.rejected() == 1 ? "is" : "are"));
+    sink.remark(fmt::format("{} of these innovations did not pass the filter's gate; {} judged too.",
+                            estimator.sources.rejected(),
+                            estimator.sources.rejected() == 1 ? "it is" : "they are"));
   }
   if (const std::string names = instances(log); names.find(',') != std::string::npos) {
     sink.remark(fmt::format("Estimators {} ran side by side; judged is {} (--instance N judges another).",
@@ -288,9 +288,8 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
         "independent.");
   }
   if (log.dropouts > 0) {
-    sink.remark(
-        fmt::format("{} nothing could be written, for {:.3g} s in all.", counted(log.dropouts, "time"),
-                    log.dropped_s));
+    sink.remark(fmt::format("{} nothing could be written, for {:.3g} s in all.",
+                            counted(log.dropouts, "time"), log.dropped_s));
   }
 }
 

@@ -129,9 +129,7 @@ std::vector<Vector> deviations_of(const std::vector<TruthDeviation>& velocity,
   return both;
 }
 
-}  // namespace
-
-void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+MotionLog read_motion(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
   MotionLog log;
   std::map<std::size_t, UlogTopic> topics;
   const UlogVisitor visitor{
@@ -150,15 +148,14 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   if (log.velocity.time_s.empty()) {
     throw DataError(file, "", fmt::format("--truth-topic {}: it holds no messages", kUlogTruth));
   }
-  const std::vector<EstimatedMotion>& rows = chosen(log, file, options);
-  const bool has_origins = log.true_origin && log.estimated_origin;
-  const Eigen::Vector3d shift = has_origins ? between_origins(*log.true_origin, *log.estimated_origin)
-                                            : Eigen::Vector3d(Eigen::Vector3d::Zero());
-  // A height of exactly 0 is one that nobody has set.
-  const bool has_heights = has_origins && log.true_origin->z() != 0.0 && log.estimated_origin->z() != 0.0;
+  return log;
+}
+
+/// Of the first n states, each a block by itself.
+RunLayout motion_layout(Index n) {
   RunLayout layout;
   layout.joint_covariance = false;
-  for (Index i = 0; i < (has_heights ? 6 : has_origins ? 5 : 3); ++i) {
+  for (Index i = 0; i < n; ++i) {
     const auto place = static_cast<std::size_t>(i);
     const char* const name = kStateNames[place];
     layout.states.emplace_back(name);
@@ -166,8 +163,21 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
     layout.units.emplace_back(kStateUnits[place]);
     layout.blocks.push_back({name, Part::other, {i}});
   }
-  sink.begin_run(layout);
-  const auto n = std::ssize(layout.states);
+  return layout;
+}
+
+}  // namespace
+
+void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+  const MotionLog log = read_motion(file, options, sink);
+  const std::vector<EstimatedMotion>& rows = chosen(log, file, options);
+  const bool has_origins = log.true_origin && log.estimated_origin;
+  const Eigen::Vector3d shift = has_origins ? between_origins(*log.true_origin, *log.estimated_origin)
+                                            : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  // A height of exactly 0 is one that nobody has set.
+  const bool has_heights = has_origins && log.true_origin->z() != 0.0 && log.estimated_origin->z() != 0.0;
+  const Index n = has_heights ? 6 : has_origins ? 5 : 3;
+  sink.begin_run(motion_layout(n));
   Step step;
   for (Index i = 0; i < n; ++i) step.states.push_back(i);
   TruthGaps gaps(log.velocity, options.matching);

@@ -75,7 +75,8 @@ std::string listed(const std::vector<TopicSeen>& topics, Fits fits) {
   std::string text;
   for (const TopicSeen& seen : topics) {
     if (!fits(seen)) continue;
-    append_item(text, fmt::format("{} ({}, {})", seen.topic.name, seen.topic.type, counted(seen.count, "message")));
+    append_item(text,
+                fmt::format("{} ({}, {})", seen.topic.name, seen.topic.type, counted(seen.count, "message")));
   }
   return text.empty() ? "none" : text;
 }
@@ -124,9 +125,8 @@ class PoseStream {
                               counted(not_later_, "message"), not_later_ == 1 ? "is" : "are"));
     }
     if (not_finite_ > 0) {
-      sink.remark(
-          fmt::format("{}: {} without a fix, or with a position that is not finite, {} left out.", topic_,
-                      counted(not_finite_, "message"), not_finite_ == 1 ? "is" : "are"));
+      sink.remark(fmt::format("{}: {} without a fix, or with a position that is not finite, {} left out.",
+                              topic_, counted(not_finite_, "message"), not_finite_ == 1 ? "is" : "are"));
     }
   }
 

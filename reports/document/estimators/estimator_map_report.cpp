@@ -135,8 +135,8 @@ ReportAnswer estimator_map_answer(const EstimatorMap& map) {
   }
   if (none > 0) append_item(text, fmt::format("none at {}", none));
   return {none > 0 ? CellTone::caution : CellTone::good,
-          fmt::format("The cheapest estimator whose {} stays consistent, of {} points: {}", judged(map),
-                      map.plan.points.size(), text)};
+          fmt::format("The cheapest estimator whose {} stays consistent, of {}: {}", judged(map),
+                      counted(map.plan.points.size(), "point"), text)};
 }
 
 /// What is said of the ideal filter where it is one of those compared, or the world has none.

@@ -183,8 +183,9 @@ Json paired_json(const EstimatorStudy& study, const PairedDifference& paired) {
 }
 
 std::string runs_text(const EstimatorStudy& study) {
-  return fmt::format("{} runs of {} steps, the same {} and measurements for all.", study.runs,
-                     study.scenario.study.steps, study.has_vehicle ? "odometry" : "process noise");
+  return fmt::format("{} of {}, the same {} and measurements for all.", counted(study.runs, "run"),
+                     counted(study.scenario.study.steps, "step"),
+                     study.has_vehicle ? "odometry" : "process noise");
 }
 
 ReportTable estimator_table(const EstimatorStudy& study) {
@@ -293,10 +294,14 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
 
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
   std::vector<std::string> consistent, alone, optimistic, pessimistic, unknown, map_optimistic,
-      map_pessimistic;
+      map_pessimistic, failed;
   const double confidence = study.scenario.study.confidence;
   for (const EstimatorRow& row : study.rows) {
     const MeanInterval &pose = nees_of(row, EstimatorBlock::pose), &map = nees_of(row, EstimatorBlock::map);
+    if (!row.failures.empty()) {
+      failed.push_back(
+          fmt::format("{} of {} of {}", row.failures.size(), counted(study.runs, "run"), row.name));
+    }
     if (row.runs == 0 || std::isnan(pose.lower)) {
       unknown.push_back(row.name);
       continue;
@@ -332,7 +337,10 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
     sentences.emplace_back("None is consistent");
   }
   if (!alone.empty()) {
-    sentences.push_back(fmt::format("Inconsistent alone, but not among so many: {}", fmt::join(alone, ", ")));
+    sentences.push_back(
+        fmt::format("Inconsistent alone, but not {}: {}",
+                    study.rows.size() == 1 ? "with all its tests taken together" : "among so many",
+                    fmt::join(alone, ", ")));
   }
   for (const auto& [word, names] :
        {std::pair("optimistic", &map_optimistic), {"pessimistic", &map_pessimistic}}) {
@@ -344,7 +352,9 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
   if (!unknown.empty()) {
     sentences.push_back(fmt::format("Nothing can be said of {}", fmt::join(unknown, ", ")));
   }
-  const bool good = all_right && unknown.empty() && map_optimistic.empty() && map_pessimistic.empty();
+  if (!failed.empty()) sentences.push_back(fmt::format("Failed: {}", fmt::join(failed, ", ")));
+  const bool good =
+      all_right && unknown.empty() && failed.empty() && map_optimistic.empty() && map_pessimistic.empty();
   return {good ? CellTone::good : CellTone::caution, fmt::format("{}", fmt::join(sentences, ". "))};
 }
 

@@ -60,7 +60,7 @@ Json log_outcomes_json(const CheckedLogs& logs) {
   j["failures"] = json_list(s.failures, [&](const RunFailure& f) {
     Json failure = failure_json(f);
     const auto run = static_cast<std::size_t>(f.run);
-    failure["name"] = run < logs.run_names.size() ? Json(logs.run_names[run]) : Json();
+    if (run < logs.run_names.size()) failure["name"] = logs.run_names[run];
     if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {
       failure["says"] = said->second;
     }

@@ -42,7 +42,7 @@ struct CheckedLogs {
   std::int64_t files = 0;           ///< 0: the runs lay in memory
   std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
   LogAnalysis analysis;
-  std::vector<std::string> run_names{};                  ///< by number of the run; empty: not known
+  std::vector<std::string> run_names{};                 ///< by number of the run; empty: not known
   std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
   std::vector<std::string> mistakes{};  ///< sentences: why errors misfit, by how they were logged
   std::vector<std::string> remarks{};   ///< sentences: what the reader left out, or took for something

@@ -136,7 +136,8 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
         fmt::format("LEFT OUT: {} in {}, where P claims certainty (variance 0) and it errs{}. A state "
                     "that the filter "
                     "does not estimate belongs in no log; of poses in the plane: --orientation-error planar.",
-                    state, counted(rows.count, "row"), rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
+                    state, counted(rows.count, "row"),
+                    rows.first.empty() ? "" : fmt::format(" (first: {})", rows.first)));
   }
   if (s.rejected.contains("a zero variance has a covariance")) {
     table.notes.emplace_back(

@@ -47,7 +47,8 @@ ReportTable variants_table(const CarparkStudy& study) {
                                 {"aligned (m)"}},
                     .notes = {"Traces in m², of the vehicle its position. Expected of NIS and of GPS NEES: "
                               "2. Map: RMS of the landmarks against the survey, as they lie and with the "
-                              "survey moved rigidly onto them. Every run: 888 observations, none rejected."}};
+                              "survey moved rigidly onto them."}};
+  std::int64_t observations = 0, rejected = 0;
   for (const CarparkVariant& variant : carpark_variants()) {
     for (const InitialDeviations& initial : carpark_initials()) {
       const ReplayResult& r = study.find(variant, initial);
@@ -55,8 +56,13 @@ ReportTable variants_table(const CarparkStudy& study) {
                  initial_words(initial), r.covariance.vehicle_max, r.covariance.vehicle_final,
                  r.covariance.landmarks_final, r.nis.mean(), r.vehicle_nees.mean(), r.landmark_rms,
                  r.landmark_rms_aligned});
+      observations += r.observations;
+      rejected += r.rejected;
     }
   }
+  table.notes.push_back(fmt::format("{} in all runs together, {} rejected.",
+                                    counted(observations, "observation"),
+                                    rejected == 0 ? "none" : fmt::to_string(rejected)));
   return table;
 }
 

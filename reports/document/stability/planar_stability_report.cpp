@@ -57,6 +57,11 @@ Json ranks_json(const PlanarRanks& ranks) {
   return j;
 }
 
+/// Null where nothing is added before an update, or the filter failed.
+Json inflation_rank_json(const PlanarFollowed& f) {
+  return f.exact.has_value() ? Json(f.inflation_rank) : Json(nullptr);
+}
+
 Json followed_json(const PlanarFollowed& f) {
   Json j;
   j["jacobians_at"] = to_string(f.at);
@@ -66,7 +71,7 @@ Json followed_json(const PlanarFollowed& f) {
   j["growth_exponent"] = f.growth.exponent;
   j["growth_per_loop"] = f.growth.per_sample;
   j["trace"] = f.traces;
-  j["inflation_rank"] = f.inflation_rank;
+  j["inflation_rank"] = inflation_rank_json(f);
   j["steps_above_duality_gap"] = f.not_converged;
   if (f.exact.has_value()) {
     j["predicted_bounded"] = f.exact->bounded();
@@ -130,16 +135,18 @@ ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStabi
     text += fmt::format(" with the solution {}{}", to_string(scenario.filter.solution), others);
   }
   double pose_nees = kNaN;
+  bool lost = false;
   for (const PlanarFollowed& f : a.followed) {
     if (f.at != Linearisation::estimate || f.solution != scenario.filter.solution) continue;
     pose_nees = f.pose_nees;
     text += "; in a noisy run of the EKF it is " + growth_text(f);
-    if (f.failed_at > 0) continue;
+    lost = f.failed_at > 0;
+    if (lost) continue;
     text +=
         fmt::format(", with a NEES of the pose of {} times its expected value", number_text(f.pose_nees, 3));
   }
   if (pose_nees > 2.0) return {CellTone::alarm, text + ": it is optimistic"};
-  return {bounded ? CellTone::good : CellTone::alarm, text};
+  return {bounded && !lost ? CellTone::good : CellTone::alarm, text};
 }
 
 ReportTable planar_rank_table(const PlanarStability& a) {
@@ -155,8 +162,8 @@ ReportTable planar_rank_table(const PlanarStability& a) {
     table.add({place_text(at), d.rank, a.state_dim, TableCell(d.gap, 3), unobservable_text(ranks)});
   }
   table.notes = {
-      "The stack of H_k Φ_k over the last loop. At its own estimates an EKF sees more than there is to see: "
-      "a rank above that at the truth is spurious information."};
+      "The stack of H_k Φ_k over the last loop. At the estimates a rank above that at the truth is spurious "
+      "information: the EKF sees more than there is to see."};
   return table;
 }
 
@@ -219,7 +226,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
   j["rank"] = {{"controllability", a.process_rank},
                {"observability", a.truth.observability.decision.rank},
                {"observability_at_estimate", a.estimate.observability.decision.rank},
-               {"inflation", own.inflation_rank},
+               {"inflation", inflation_rank_json(own)},
                {"noise_total", own.exact.has_value() ? Json(own.exact->noise.rank) : Json(nullptr)}};
   j["rank_details"] = {{"observability", ranks_json(a.truth)},
                        {"observability_at_estimate", ranks_json(a.estimate)}};
@@ -233,7 +240,8 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
                   {"kind", nullptr},
                   {"null_reason", "the model varies along the path: there is no constant solution"}};
   j["predicted_bounded"] = own.exact.has_value() ? Json(own.exact->bounded()) : Json(nullptr);
-  j["paper_condition_holds"] = own.inflation_rank <= a.truth.observability.decision.rank;
+  j["paper_condition_holds"] =
+      own.exact.has_value() ? Json(own.inflation_rank <= a.truth.observability.decision.rank) : Json(nullptr);
   j["filters"] = json_list(a.followed, followed_json);
   return text_of_json(j, 2);
 }

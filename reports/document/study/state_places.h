@@ -7,8 +7,8 @@
 
 namespace credence::internal {
 
-/// Where each state of the columns stands in a step, whose `states` are in an order of its own; −1 for one that
-/// it has not.
+/// Where each state of the columns stands in a step, whose `states` are in an order of its own; −1 for one
+/// that it has not.
 inline void find_places(const std::vector<Index>& columns, const std::vector<Index>& states,
                         std::vector<Index>& places) {
   places.clear();

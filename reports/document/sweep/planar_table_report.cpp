@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/document/stability/planar_stability_report.h"
 #include "reports/document/sweep/swept_values.h"
@@ -46,18 +47,25 @@ const PlanarFollowed* find(const PlanarStability& a, Linearisation at, Inflation
 }
 
 ReportAnswer planar_table_answer(std::span<const PlanarStability> analyses) {
-  int bounded = 0, all = 0;
+  int bounded = 0, lost = 0, all = 0;
   for (const PlanarStability& a : analyses) {
     for (const PlanarFollowed& f : a.followed) {
       if (f.at != Linearisation::truth) continue;
       ++all;
       bounded += f.growth.verdict == LongRun::bounded ? 1 : 0;
+      lost += f.growth.verdict == LongRun::failed ? 1 : 0;
     }
   }
-  const std::string where = bounded == all ? fmt::format("all {} filters", all)
-                            : bounded == 0
-                                ? fmt::format("none of {} filters", all)
-                                : fmt::format("{} of {} filters, and grows in the others", bounded, all);
+  const int grows = all - bounded - lost;
+  std::string where = bounded == all ? all == 1 ? "the one filter" : fmt::format("all {} filters", all)
+                      : bounded == 0 ? "none of " + counted(all, "filter")
+                                     : fmt::format("{} of {}", bounded, counted(all, "filter"));
+  if (lost > 0) {
+    where += fmt::format(", {}and leaves all bounds in {}",
+                         grows > 0 ? fmt::format("grows in {} ", grows) : "", lost);
+  } else if (grows > 0 && bounded > 0) {
+    where += ", and grows in the others";
+  }
   return {bounded == all ? CellTone::good : CellTone::caution,
           "With Jacobians at the truth P stays bounded in " + where};
 }

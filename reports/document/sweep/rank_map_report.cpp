@@ -130,12 +130,13 @@ ReportAnswer rank_map_answer(std::span<const RankMapCell> cells) {
   const auto exact =
       std::ranges::count_if(cells, [](const RankMapCell& c) { return c.predicted != c.bounded; });
   const auto paper = std::ranges::count_if(cells, [](const RankMapCell& c) { return c.paper != c.bounded; });
-  const std::string exact_text = exact == 0 ? "is right in all" : fmt::format("errs in {} of", exact);
-  return {
-      exact == 0 ? CellTone::good : CellTone::caution,
-      fmt::format(
-          "The exact condition {} {} cells of the map; the paper's eq. (22), rank ΔP ≤ rank O, errs in {}",
-          exact_text, cells.size(), paper)};
+  const std::string exact_text = cells.size() == 1
+                                     ? exact == 0 ? "is right in the one cell" : "errs in the one cell"
+                                 : exact == 0 ? fmt::format("is right in all {} cells", cells.size())
+                                              : fmt::format("errs in {} of {} cells", exact, cells.size());
+  return {exact == 0 ? CellTone::good : CellTone::caution,
+          fmt::format("The exact condition {} of the map; the paper's eq. (22), rank ΔP ≤ rank O, errs in {}",
+                      exact_text, paper)};
 }
 
 ReportTable rank_map_table(std::span<const RankMapCell> cells, double confidence) {

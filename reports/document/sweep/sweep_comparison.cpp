@@ -63,14 +63,13 @@ ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence
   const std::size_t differ = nearer + farther;
   if (differ == 0) {
     return {CellTone::good,
-            fmt::format("Of {} configurations none differs by more than chance", cells.size())};
+            fmt::format("Of {} none differs by more than chance", counted(cells.size(), "configuration"))};
   }
-  return {
-      farther > 0 ? CellTone::caution : CellTone::good,
-      fmt::format("Of {} configurations {} differ{} by more than chance: {} nearer to right, {} farther{}{}",
-                  cells.size(), differ, differ == 1 ? "s" : "", nearer, farther,
-                  where.empty() ? "" : ": " + where,
-                  farther > kNamed ? fmt::format(" and {} more", farther - kNamed) : "")};
+  return {farther > 0 ? CellTone::caution : CellTone::good,
+          fmt::format("Of {} {} differ{} by more than chance: {} nearer to right, {} farther{}{}",
+                      counted(cells.size(), "configuration"), differ, differ == 1 ? "s" : "", nearer, farther,
+                      where.empty() ? "" : ": " + where,
+                      farther > kNamed ? fmt::format(" and {} more", farther - kNamed) : "")};
 }
 
 ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::vector<ComparedCell>& cells,
@@ -103,9 +102,9 @@ ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::ve
       studies, [&](const ComparedStudy& study) { return study.of_sweep != studies.front().of_sweep; }));
   if (alone > cells.size()) {
     table.notes.push_back(
-        fmt::format("{} configurations cannot be compared: the first sweep has none with their swept values, "
-                    "or too few runs.",
-                    alone - cells.size()));
+        fmt::format("{} cannot be compared: the first sweep has none with the same swept values, or too few "
+                    "runs.",
+                    counted(alone - cells.size(), "configuration")));
   }
   return table;
 }

@@ -174,6 +174,17 @@ TableCell part_cell(const ConsistencyVerdict& v) {
   return {fmt::format("{} ({})", against_expected(v), verdict.text), verdict.tone};
 }
 
+/// Configurations without a result, and points that are none.
+void add_missing_notes(const SweepAnalysis& sweep, std::vector<std::string>& notes) {
+  const SweepPlan& plan = sweep.plan;
+  if (std::string note = unsettled_note(sweep); !note.empty()) notes.push_back(std::move(note));
+  const std::size_t results = sweep.rank_map.empty() ? sweep.studies.size() : sweep.rank_map.size();
+  if (results < plan.points.size())
+    notes.push_back(
+        fmt::format("{} of {} have results", results, counted(plan.points.size(), "configuration")));
+  if (plan.skipped > 0) notes.push_back(counted(plan.skipped, "impossible configuration") + " left out");
+}
+
 ReportTable configuration_table(const SweepAnalysis& sweep) {
   using enum ColumnAlign;
   const SweepPlan& plan = sweep.plan;
@@ -202,13 +213,7 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
     table.notes.emplace_back("NEES, NIS: mean of expected, with the verdict of that part alone.");
     table.notes.push_back(family_note(sweep));
   }
-  if (std::string note = unsettled_note(sweep); !note.empty()) table.notes.push_back(std::move(note));
-  if (sweep.studies.size() < plan.points.size()) {
-    table.notes.push_back(
-        fmt::format("{} of {} configurations have results", sweep.studies.size(), plan.points.size()));
-  }
-  if (plan.skipped > 0)
-    table.notes.push_back(fmt::format("{} impossible configurations left out", plan.skipped));
+  add_missing_notes(sweep, table.notes);
   return table;
 }
 
@@ -244,9 +249,13 @@ Document sweep_document(SweepAnalysis given) {
   document.answer = map ? rank_map_answer(sweep.rank_map) : sweep_answer(sweep);
   document.json = [shared] { return sweep_json(*shared); };
   std::vector<ReportTable> tables = {configuration_table(sweep)};
-  if (map)
-    tables = {rank_map_table(sweep.rank_map, sweep.confidence()), rank_map_disagreements(sweep.rank_map)};
-  if (map) document.show_answer();
+  if (map) {
+    tables = {rank_map_table(sweep.rank_map, sweep.confidence())};
+    add_missing_notes(sweep, tables.front().notes);
+    if (ReportTable disagreements = rank_map_disagreements(sweep.rank_map); !disagreements.rows.empty())
+      tables.push_back(std::move(disagreements));
+    document.show_answer();
+  }
   document.brief.insert(document.brief.end(), tables.begin(), tables.end());
 
   std::vector<Figure> figures = map ? std::vector{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);

@@ -60,8 +60,8 @@ ReportTable tune_forecast_table(const TuningForecast& forecast) {
                                 {"known to ±", ColumnAlign::numbers},
                                 {"steps for ±10 %, if so", ColumnAlign::numbers},
                                 {"", ColumnAlign::words}},
-                    .notes = {fmt::format("{} steps. ±: one standard error of the logarithm.",
-                                          fmt::format("{:.0f}", forecast.steps))}};
+                    .notes = {fmt::format("{}. ±: one standard error of the logarithm.",
+                                          counted(std::llround(forecast.steps), "step"))}};
   for (const TuningForecast::Parameter& p : forecast.parameters) {
     const std::string error =
         std::isnan(p.relative_error) ? "–" : number_text(100.0 * p.relative_error, 3) + " %";
@@ -81,12 +81,12 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
                   {"by resampling", ColumnAlign::words},
                   {"steps for ±10 %"}},
       .notes = {fmt::format(
-          "{}. Interval: {}{}. By resampling: {} units of data drawn with replacement, one Newton step each.",
+          "{}. Interval: {}{}. By resampling: {} of data drawn with replacement, one Newton step each.",
           engine, t.misspecified ? "the sandwich of observed information and scores" : "observed information",
           std::ranges::any_of(t.parameters, &TunedParameter::by_likelihood_ratio)
               ? ", of what is known weakly the likelihood ratio"
               : "",
-          t.units)}};
+          counted(t.units, "unit"))}};
   if (!t.converged)
     table.notes.emplace_back(
         "The search did not converge: values and intervals are those of its best trial, and need not hold.");

@@ -106,7 +106,7 @@ TEST(Dataflash, AClampedRatioIsTold) {
   DataflashWriter log = short_flight();
   log.innovations(9'000'000, 0, {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0});
   log.ratios(9'000'000, 0, {0.0, 0.0, 327.67, 0.0, 0.0});
-  EXPECT_THAT(flight_of(log.bytes()).said(), HasSubstr("1 test ratios are clamped"));
+  EXPECT_THAT(flight_of(log.bytes()).said(), HasSubstr("1 test ratio is clamped"));
 }
 
 TEST(Dataflash, OneOfSeveralCoresIsJudged) {

@@ -102,7 +102,7 @@ TEST(UlogInnovations, ASourceHasItsNameDimensionAndEstimator) {
   EXPECT_EQ(sink.runs[0].layout.sensors[0].name, "gnss_yaw");
   EXPECT_EQ(sink.runs[0].steps.at(1).innovations[0].S, Matrix(Eigen::Vector2d(3.0, 4.0).asDiagonal()));
   EXPECT_THAT(sink.said(), HasSubstr("2 rows of estimator_aid_src_*;"));
-  EXPECT_THAT(sink.said(), HasSubstr("1 times nothing could be written, for 0.25 s in all"));
+  EXPECT_THAT(sink.said(), HasSubstr("1 time nothing could be written, for 0.25 s in all"));
   say(log, 1, 3000, {7.5F, 1.0F, 2.0F, 3.0F, 4.0F});
   EXPECT_THAT([&] { judged_flight(log); }, refused_with("an estimator of number 7.5: corrupted"));
 }

@@ -146,8 +146,11 @@ TEST(UlogStates, WhatIsNotJudgedNeedNotBeFinite) {
 TEST(UlogStates, AnInstanceThatIsNotThereIsRefusedNamingThoseThatAre) {
   LogReadOptions options = against_truth();
   options.instance = 3;
-  EXPECT_THAT([&] { read_states(simulated({24, 23}).bytes(), options); },
-              ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("--instance 3: there are 0")));
+  EXPECT_THAT(
+      [&] {
+        read_states(simulated({24, 23}).bytes(), options);
+      },
+      ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("--instance 3: there are 0")));
   options.instance = 0;
   EXPECT_EQ(read_states(simulated({24, 23}).bytes(), options).runs.size(), 1U);
 }

@@ -104,7 +104,8 @@ void expect_the_run(const RecordedSink& sink, const std::string& what) {
 TEST(RosLog, ATruthOfTwoTypesIsRefused) {
   BagContent content = bag(Kind::cdr);
   content.topics.push_back({"/truth", "nav_msgs/Odometry"});
-  for (int i = 0; i < 12; i += 2) content.messages.push_back({3, time_of(i) + 0.01, odometry(Kind::cdr, i, covariance(i))});
+  for (int i = 0; i < 12; i += 2)
+    content.messages.push_back({3, time_of(12 + i), odometry(Kind::cdr, 12 + i, covariance(i))});
   EXPECT_THAT([&] { read_mcap(content, with_truth()); },
               ::testing::ThrowsMessage<std::invalid_argument>(
                   HasSubstr("--truth-topic /truth: messages of two types, geometry_msgs/PoseStamped and "
@@ -489,7 +490,8 @@ TEST(RosLog, PlacesOnTheEarthAreATruthInEastNorthUp) {
   for (const Step& step : sink.runs[0].steps) EXPECT_LT((step.error - kShift - start).norm(), 1e-6);
   EXPECT_NEAR(sink.runs[0].steps[0].P(1, 1), 1.5, 1e-12);
   EXPECT_THAT(sink.said(), HasSubstr("The estimate is in the frame 'map', the truth in 'gps'"));
-  EXPECT_THAT(sink.said(), HasSubstr(": 1 messages without a fix, or with a position that is not finite"));
+  EXPECT_THAT(sink.said(),
+              HasSubstr(": 1 message without a fix, or with a position that is not finite, is left out"));
 }
 
 TEST(RosLog, MessagesOutOfOrderAreLeftOutAndCounted) {
@@ -498,7 +500,7 @@ TEST(RosLog, MessagesOutOfOrderAreLeftOutAndCounted) {
   const RecordedSink sink = read_mcap(content, with_truth());
   EXPECT_EQ(sink.runs[0].steps.size(), 12U);
   EXPECT_THAT(sink.said(),
-              HasSubstr("/odom: 1 messages with a time no later than the one before are left out"));
+              HasSubstr("/odom: 1 message with a time no later than the one before is left out"));
 }
 
 TEST(RosLog, ErrorsSayWhatIsThere) {

@@ -110,6 +110,13 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
   const EstimatorRow one_of_many = estimator_row("ukf", 1.1, 1.01, {0.2, 1.0});  // of its own interval 0.02
   EXPECT_EQ(answer_of({one_of_many, good}).text,
             "No evidence against fej. Inconsistent alone, but not among so many: ukf");
+  EXPECT_EQ(answer_of({one_of_many}).text,
+            "Inconsistent alone, but not with all its tests taken together: ukf");
+  EstimatorRow failing = good;
+  failing.failures.push_back({3, 7, Outcome::diverged});
+  EXPECT_EQ(answer_of({failing}).text,
+            "No evidence against the pose of any: fej. Failed: 1 of 20 runs of fej");
+  EXPECT_EQ(answer_of({failing}).tone, CellTone::caution);
   EstimatorRow of_map = good;
   of_map.nees[static_cast<std::size_t>(EstimatorBlock::map)] = {
       .mean = 1.35, .lower = 1.16, .upper = 1.63, .count = 20};

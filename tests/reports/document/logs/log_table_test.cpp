@@ -196,7 +196,8 @@ TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {
   EXPECT_THAT(notes, Contains("FAILED: run 0, " + failed + " at step 9."));
   EXPECT_THAT(notes, Contains("FAILED: run 1, " + failed + " at step 9: singular."));
   logs.run_names = {"run 7 of a.csv", "run 9 of a.csv"};
-  EXPECT_THAT(log_verdicts(logs, 9).notes, Contains("FAILED: run 9 of a.csv, " + failed + " at step 9: singular."));
+  EXPECT_THAT(log_verdicts(logs, 9).notes,
+              Contains("FAILED: run 9 of a.csv, " + failed + " at step 9: singular."));
   // More than five: the first, and how many.
   logs.analysis.evidence.study.failures.resize(6);
   const std::vector<std::string> many = log_verdicts(logs, 9).notes;

@@ -112,6 +112,15 @@ TEST(PlanarStabilityReport, AnOptimisticEkfIsAnAlarmWhateverPDoes) {
   EXPECT_THAT(answer.text, testing::EndsWith("2.25 times its expected value: it is optimistic"));
 }
 
+// Nor is one that ends before its time.
+TEST(PlanarStabilityReport, AnEkfThatFailsIsAnAlarmWhateverPDoesAtTheTruth) {
+  PlanarStability a = planar_case();
+  a.followed[4].failed_at = 6;
+  a.followed[4].pose_nees = kNaN;
+  const ReportAnswer answer = planar_stability_document(planar_map(InflationSolution::min_trace), a).answer;
+  EXPECT_EQ(answer.tone, CellTone::alarm);
+}
+
 TEST(PlanarStabilityReport, EveryFilterHasARow) {
   const ReportTable table = table_of(
       planar_stability_document(planar_map(InflationSolution::pairwise), planar_case()), "Covariance over");
@@ -196,6 +205,8 @@ TEST(PlanarStabilityJson, HasTheNumbersOfTheOwnSolution) {
   EXPECT_EQ(stays["rank"]["noise_total"], 12);
   EXPECT_TRUE(data(InflationSolution::sequential)["predicted_bounded"].is_null());
   EXPECT_TRUE(data(InflationSolution::sequential)["rank"]["noise_total"].is_null());
+  EXPECT_TRUE(data(InflationSolution::sequential)["rank"]["inflation"].is_null());
+  EXPECT_TRUE(data(InflationSolution::sequential)["paper_condition_holds"].is_null());
 }
 
 TEST(PlanarStabilityJson, EveryFilterHasWhatIsKnownOfIt) {

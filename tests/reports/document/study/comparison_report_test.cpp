@@ -125,9 +125,9 @@ TEST(Comparison, DocumentsThatCannotBeComparedAreRefusedByName) {
             "a.json: runs = -5: must be a whole number of at least 0");
   EXPECT_EQ(says("{\n \"runs\": 5,,\n}"), "a.json:2: is no JSON, from column 12 on");
   const std::string rest = R"("runs": 5, "nees": {"mean": 4.0, "expected": 3.0}, )";
-  EXPECT_EQ(
-      says("{" + rest + R"("verdict": "bananas"})"),
-      "a.json: verdict = bananas: accepted are consistent, optimistic, pessimistic, mixed and undecided");
+  EXPECT_EQ(says("{" + rest + R"("verdict": "bananas"})"),
+            "a.json: verdict = bananas: accepted are consistent, optimistic, pessimistic, mixed, not "
+            "Gaussian and undecided");
   EXPECT_EQ(says("{" + rest + R"("verdict": "mixed", "schema": 99})"),
             "a.json: schema = 99: this version of Credence reads 1");
   for (const char* kind : {R"("word": 5)", R"("nis": {"mean": "x"})", R"("nis": 3)"}) {

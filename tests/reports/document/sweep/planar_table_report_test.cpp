@@ -24,18 +24,24 @@ ReportAnswer answer_of(const std::vector<LongRun>& verdicts) { return table_docu
 
 TEST(PlanarTableReport, OthersGrowOnlyWhereThereAreOthers) {
   using enum LongRun;
-  EXPECT_EQ(answer_of({bounded, growing, failed}).text,
+  EXPECT_EQ(answer_of({bounded, growing, growing}).text,
             "With Jacobians at the truth P stays bounded in 1 of 3 filters, and grows in the others");
+  EXPECT_EQ(
+      answer_of({bounded, growing, failed}).text,
+      "With Jacobians at the truth P stays bounded in 1 of 3 filters, grows in 1 and leaves all bounds in 1");
+  EXPECT_EQ(answer_of({failed}).text,
+            "With Jacobians at the truth P stays bounded in none of 1 filter, and leaves all bounds in 1");
+  EXPECT_EQ(answer_of({bounded}).text, "With Jacobians at the truth P stays bounded in the one filter");
   EXPECT_EQ(answer_of({bounded, bounded}).text,
             "With Jacobians at the truth P stays bounded in all 2 filters");
   EXPECT_EQ(answer_of({bounded, bounded}).tone, CellTone::good);
-  EXPECT_EQ(answer_of({growing}).text, "With Jacobians at the truth P stays bounded in none of 1 filters");
+  EXPECT_EQ(answer_of({growing}).text, "With Jacobians at the truth P stays bounded in none of 1 filter");
   EXPECT_EQ(answer_of({growing}).tone, CellTone::caution);
 }
 
 TEST(PlanarTableReport, ATerminalShowsTheAnswer) {
   EXPECT_EQ(std::get<std::string>(table_document({LongRun::growing}).brief.front()),
-            "With Jacobians at the truth P stays bounded in none of 1 filters.");
+            "With Jacobians at the truth P stays bounded in none of 1 filter.");
 }
 
 }  // namespace

@@ -60,6 +60,8 @@ TEST(RankMapReport, CountsWhoErrs) {
   cells[0].predicted = false;
   EXPECT_THAT(rank_map_answer(cells).text, testing::StartsWith("The exact condition errs in 1 of 7 cells"));
   EXPECT_EQ(rank_map_answer(cells).tone, CellTone::caution);
+  EXPECT_THAT(rank_map_answer(std::span(cells).first(1)).text,
+              testing::StartsWith("The exact condition errs in the one cell of the map;"));
   cells.push_back(cell(3, 0, 3, Observability::full));
   const ReportTable table = rank_map_table(cells, 0.95);
   EXPECT_THAT(rank_map_row(table, 0), ElementsAre("partial", "anywhere", "7", "3", "1", "2", "0.9000", "0"));
