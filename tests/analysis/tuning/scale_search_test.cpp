@@ -44,9 +44,19 @@ TEST(ScaleSearch, OfFactorsAloneIsTheStart) {
   EXPECT_EQ(best_scales(score, start, 1e6), start);
 }
 
-// The data decide, and not where the search begins: from far away one of two full covariances would go to 0.
+/// Of correlated noises, of which the search of all elements at once loses R from afar in 18 of 20 data sets.
+LinearModel correlated_model() {
+  LinearModel model = survey_model();
+  model.F << 0.9, 0.2, 0.0, 0.8;
+  model.H << 1.0, 0.0, 0.3, 1.0;
+  model.Q << 2.0, -0.5, -0.5, 1.0;
+  model.R << 3.0, 1.0, 1.0, 2.0;
+  return model;
+}
+
+// The data decide, and not where the search begins.
 TEST(ScaleSearch, TwoFullCovariancesAreFoundFromAnywhere) {
-  const LinearModel truth = survey_model();
+  const LinearModel truth = correlated_model();
   const std::vector<MeasuredRun> runs = simulate(truth, 12, 100, 7);
   const auto tuned = [&](double of_Q, double of_R) {
     const LinearScore score({with_scales(truth, of_Q, of_R), parse_free_noise("full(Q),full(R)")}, runs);
