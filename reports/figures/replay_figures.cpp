@@ -160,8 +160,9 @@ Panel nis_panel(const ReplayResult& r) {
     panel.series.push_back(point_series("rejected", ColourRole::alarm, rejected_t, rejected));
   constexpr double kBelow = 0.95;
   const double gate = r.settings.filter.gate;  // what passes it follows the law that is cut off there
-  panel.series.push_back(level_series("95 % of a consistent filter lie below", ColourRole::bound,
-                                      gate_threshold(gate > 0.0 ? kBelow * gate : kBelow)));
+  panel.series.push_back(level_series(
+      gate > 0.0 ? "95 % of those used lie below if consistent" : "95 % of a consistent filter lie below",
+      ColourRole::bound, gate_threshold(gate > 0.0 ? kBelow * gate : kBelow)));
   return panel;
 }
 

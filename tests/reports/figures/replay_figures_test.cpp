@@ -165,6 +165,12 @@ TEST(ReplayFigures, EveryInnovationIsDrawnOnceByWhatBecameOfIt) {
   // χ² of two dof: its quantile of 95 % is −2 ln 0.05.
   EXPECT_NEAR(series_named(nis, "95 % of a consistent filter lie below").y.at(0), -2.0 * std::log(0.05),
               1e-12);
+  r.settings.filter.gate = 0.9;  // cut off there, 95 % of the rest lie below the quantile of 0.855
+  const Figure gated = replay_run_figure("r", "c", r);
+  EXPECT_NEAR(series_named(panel_named(gated, "NIS of single observations"),
+                           "95 % of those used lie below if consistent")
+                  .y.at(0),
+              -2.0 * std::log(0.145), 1e-12);
 }
 
 TEST(ReplayFigures, TheMapHasPathSurveyAndAnchors) {
