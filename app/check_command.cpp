@@ -118,7 +118,7 @@ void require_one_filter(const CheckArguments& options) {
   if (options.logs.size() < 2 || options.pool) return;
   throw std::invalid_argument(
       fmt::format("check: {} logs: --pool judges them together, as runs of one filter; those of two filters "
-                  "are judged one by one, and set side by side by credence compare",
+                  "want a check --format json each, whose documents credence compare sets side by side",
                   options.logs.size()));
 }
 
@@ -258,8 +258,10 @@ void add_check_command(CLI::App& app) {
       ->check(CLI::Range(kLeastConfidence, kMostConfidence))
       ->capture_default_str();
   command
-      ->add_option("--within", options->how.within,
-                   "what counts as right: the factor on P between 1/(1 + this) and 1 + this")
+      ->add_option(
+          "--within", options->how.within,
+          "margin, of a factor between 1/(1 + this) and 1 + this: within it mean NEES and NIS are told as "
+          "proved right, and with --baseline a factor on P may move; the verdict does not depend on it")
       ->check(CLI::Range(1e-3, 10.0))
       ->capture_default_str();
   command->add_flag("--sensitivity", options->how.sensitivity,

@@ -8,7 +8,6 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
-#include "app/say.h"
 #include "app/tell.h"
 #include "core/stop_point.h"
 #include "datasets/replay/carpark.h"
@@ -75,23 +74,16 @@ std::vector<Claim> measured_claims(const ClaimsOptions& options) {
 
 /// In the order of the paper.
 std::vector<Claim> all_claims(const std::optional<CarparkLog>& log, const ClaimsOptions& options) {
-  try {
-    std::vector<Claim> all = measured_claims(options);
-    append(all, timing_claims(&catch_interrupt()));
-    append(all, carpark_claims(log, options));
-    return all;
-  } catch (const Stopped&) {
-    return {};
-  }
+  std::vector<Claim> all = measured_claims(options);
+  append(all, timing_claims(&catch_interrupt()));
+  append(all, carpark_claims(log, options));
+  return all;
 }
 
 int claims(const ClaimsOptions& options) {
   const std::optional<CarparkLog> log = carpark_log(options);  // before anything is measured
   const std::vector<Claim> all = all_claims(log, options);
-  if (catch_interrupt().load()) {
-    say("credence: claims interrupted, nothing is reported");
-    return kInterrupted;
-  }
+  if (catch_interrupt().load()) throw Stopped{};
   tell(claims_document(all), options);
   return kDone;
 }

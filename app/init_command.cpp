@@ -94,6 +94,11 @@ void require_name(const std::string& name) {
 
 int init(const InitOptions& options) {
   require_name(options.name);
+  if (options.python && (options.name == "credence" || options.name == "numpy")) {
+    throw std::invalid_argument(
+        fmt::format("init {0}: {0}.py would be imported in the place of the module {0}; choose another name",
+                    options.name));
+  }
   const Project project = make_project(options);
   for (const auto& [file, text] : project.files) {
     if (fs::exists(file))

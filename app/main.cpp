@@ -23,6 +23,7 @@
 #include "app/suggestion.h"
 #include "core/append_item.h"
 #include "core/large_pages.h"
+#include "core/stop_point.h"
 #include "core/version.h"
 #include "montecarlo/engine/shared_tasks.h"
 
@@ -136,6 +137,9 @@ int obey(int argc, char** argv) {
     return after_parsing(app, error);
   } catch (const RanksEnded&) {
     return kDone;
+  } catch (const Stopped&) {
+    say(fmt::format("credence: {} interrupted; nothing is kept of what is not done", first));
+    return kInterrupted;
   } catch (const std::bad_alloc&) {
     return after_failure(
         "there is not enough memory for this; fewer landmarks, steps or points of a sweep need less");

@@ -10,7 +10,6 @@
 #include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
-#include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "core/stop_point.h"
@@ -57,14 +56,10 @@ int plan(PlanCommand& command) {
   require_answerable(command.question);
   command.question.threads = command.threads;
   command.question.stop = &catch_interrupt();
+  const StopScope stop(command.question.stop);
   const SweepPlan sweep = open_sweep(command.scenario, command.overrides());
   command.question.evidence = sweep.points.size() == 1;
-  try {
-    print(plan_document(sweep, plans_of(pilot_points(sweep), command)), command);
-  } catch (const Stopped&) {
-    say("credence: plan interrupted, nothing is planned");
-    return kInterrupted;
-  }
+  print(plan_document(sweep, plans_of(pilot_points(sweep), command)), command);
   return kDone;
 }
 

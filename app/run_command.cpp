@@ -208,8 +208,10 @@ void add_run_command(CLI::App& app) {
       ->check(CLI::IsMember({"csv", "npz", "mcap"}))
       ->capture_default_str()
       ->needs("--log");
-  command->add_flag("--fresh", options->fresh,
-                    "discard results stored in --out, and logs in --log, instead of continuing them");
+  command->add_flag(
+      "--fresh", options->fresh,
+      "begin anew: discard the results stored in --out, and of --log the files of runs, run-NUMBER with "
+      "the ending csv, npz or mcap; other logs stay");
   for (const char* name : {"--fresh", "--fail-on-inconsistent"})
     command->get_option("--only-run")->excludes(command->get_option(name));
   static constexpr const char* kExamples[] = {

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/embedded_files.h"
 #include "reports/document/scenario_json_schema.h"
+#include "reports/render/json_numbers.h"
 
 namespace credence::internal {
 namespace {
@@ -29,18 +31,48 @@ std::vector<std::string> described_documents() {
   return names;
 }
 
-int schema(const std::string& name) {
-  if (name == kScenarioSchema) {
-    fmt::print("{}", scenario_json_schema());
-    return kDone;
-  }
+/// That of the command, as it is in its file.
+std::string_view schema_text(std::string_view name) {
   const auto file = std::ranges::find(
       embedded_files(), fmt::format("{}{}{}", kSchemaFolder, name, kSchemaEnding), &EmbeddedFile::path);
   if (file == embedded_files().end()) {
     throw std::invalid_argument(fmt::format("schema: \"{}\" has none; one of {}, {}", name, kScenarioSchema,
                                             fmt::join(described_documents(), ", ")));
   }
-  fmt::print("{}", file->text);
+  return file->text;
+}
+
+/// Its references to its own parts, where it is part of another schema itself.
+void move_references(Json& schema, std::string_view to) {
+  for (auto& [key, inner] : schema.items()) {
+    if (key == "$ref") inner = fmt::format("{}{}", to, inner.get<std::string>().substr(1));
+    if (inner.is_structured()) move_references(inner, to);
+  }
+}
+
+/// The same; of one that is either of other files' schemas these are inside, so that whoever has it needs no
+/// other file.
+std::string whole_schema(std::string_view name) {
+  const std::string_view text = schema_text(name);
+  Json schema = Json::parse(text);
+  Json files = Json::object();
+  if (!schema.contains("anyOf")) return std::string(text);
+  for (Json& either : schema["anyOf"]) {
+    const std::string file = either.value("$ref", "");
+    if (!file.ends_with(kSchemaEnding)) continue;
+    const std::string other = file.substr(0, file.size() - kSchemaEnding.size());
+    either["$ref"] = "#/$defs/" + other;
+    files[other] = Json::parse(schema_text(other));
+    files[other].erase("$schema");
+    move_references(files[other], "#/$defs/" + other);
+  }
+  if (files.empty()) return std::string(text);
+  schema["$defs"] = std::move(files);
+  return text_of_json(schema) + "\n";
+}
+
+int schema(const std::string& name) {
+  fmt::print("{}", name == kScenarioSchema ? scenario_json_schema() : whole_schema(name));
   return kDone;
 }
 

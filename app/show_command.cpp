@@ -89,7 +89,8 @@ int show(const StoredOptions& options) {
 int report(StoredOptions options) {
   std::vector<StoredStudy> studies = read_all(options.directory);
   // What made the results, not what draws their page again.
-  const std::string command = command_of_page(std::filesystem::path(options.directory) / "index.html");
+  const std::filesystem::path page = std::filesystem::path(options.directory) / "index.html";
+  const std::string command = command_of_page(page);
   if (options.out.empty()) options.out = options.directory;
   for (const StoredStudy& study : studies) require_runs(study);
   if (is_sweep(studies)) {
@@ -99,6 +100,7 @@ int report(StoredOptions options) {
   }
   std::vector<ReportedStudy> all = reported(studies, options, true);
   if (catch_interrupt().load()) return kInterrupted;
+  for (ReportedStudy& each : all) each.description = description_of_page(page, each.analysis.scenario.name);
   write_report(study_document(std::move(all)), options, command);
   return kDone;
 }

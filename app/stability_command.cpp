@@ -18,7 +18,6 @@
 #include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
-#include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "core/append_item.h"
@@ -159,13 +158,8 @@ int stability(const StabilityOptions& options) {
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   const bool shows_points = !plan.axes.empty();
   const StopScope stop(&catch_interrupt());
-  try {
-    const StepDisplay display(plan.name, options.quiet || shows_points, "steps");
-    tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
-  } catch (const Stopped&) {
-    say("credence: stability interrupted, nothing is reported");
-    return kInterrupted;
-  }
+  const StepDisplay display(plan.name, options.quiet || shows_points, "steps");
+  tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <regex>
 #include <stdexcept>
 
 #include "app/commands.h"
@@ -43,8 +44,20 @@ void require_divisible(const SweepPlan& plan, int tasks) {
                                   tasks, chunks, kChunkRuns));
 }
 
+/// As sbatch reads it: minutes, M:S, H:M:S, D-H, D-H:M or D-H:M:S, and more than none.
+void require_time_limit(const std::string& time) {
+  static const std::regex kTime("[0-9]+(:[0-9]{1,2}){0,2}|[0-9]+-[0-9]{1,2}(:[0-9]{1,2}){0,2}");
+  const bool none = time.find_first_of("123456789") == std::string::npos;
+  if (time.empty() || (std::regex_match(time, kTime) && !none)) return;
+  throw ScenarioError(
+      fmt::format("--time {}: expected a time as sbatch takes it, above 0: 30 (minutes), 45:00, 2:00:00, "
+                  "1-12 or 1-12:00:00",
+                  printable_line(time)));
+}
+
 int submit(SubmitCommand& command) {
   if (!command.slurm) throw ScenarioError("say for which system: --slurm");
+  require_time_limit(command.sweep.time_limit);
   const SweepPlan plan = open_sweep(command.scenario, command.overrides());
   SlurmSweep& sweep = command.sweep;
   require_divisible(plan, sweep.tasks);

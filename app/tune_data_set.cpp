@@ -4,10 +4,8 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
-#include "app/say.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
-#include "core/stop_point.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/replay/replay_tuning.h"
 #include "reports/document/tuning/replay_tune_report.h"
@@ -53,15 +51,10 @@ int tune_data_set(const TuneOptions& options) {
   ProgressDisplay display("tune", options.quiet, "replays");
   ReplayScore score(logs, free_keys(options, logs.front().settings), options.threads, &stop);
   score.watch([&](double plays) { display.show({.runs_in_hand = plays}); });
-  try {
-    const ReplayTuning tuning = tune_replays(logs, score, kTuneConfidence);
-    tell(replay_tune_document(tuning, score), options);
-    const bool inconsistent = !tuning.left_out.empty() && is_inconsistent(left_out_verdict(tuning));
-    return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
-  } catch (const Stopped&) {
-    say("credence: interrupted; nothing is kept of a tuning that is not done");
-    return kInterrupted;
-  }
+  const ReplayTuning tuning = tune_replays(logs, score, kTuneConfidence);
+  tell(replay_tune_document(tuning, score), options);
+  const bool inconsistent = !tuning.left_out.empty() && is_inconsistent(left_out_verdict(tuning));
+  return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
 }
 
 }  // namespace credence::internal

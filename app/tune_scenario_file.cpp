@@ -7,10 +7,10 @@
 #include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
-#include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
+#include "core/stop_point.h"
 #include "reports/document/tuning/tune_report.h"
 #include "reports/render/atomic_file.h"
 
@@ -31,18 +31,16 @@ int tune_scenario_file(const TuneOptions& options) {
   auto tuning = naming_file(options.inputs.front(), [&] {
     return tune_scenario(open_one_scenario(options.inputs.front(), options.overrides()), request);
   });
-  if (!tuning) {
-    say("credence: interrupted; nothing is kept of a tuning that is not done");
-    return kInterrupted;
-  }
+  if (!tuning) throw Stopped{};
   const std::string tuned = tuning->tuning.anything_known() ? tuned_toml(*tuning) : "";
   const bool inconsistent = tuning->held_out && is_inconsistent(overall_verdict(tuning->held_out->after));
+  if (!options.write.empty() && !tuned.empty())
+    write_file(options.write, tuned);  // before figures, which take long
   tell(tune_document(std::move(*tuning)), options);
   if (!options.write.empty() && tuned.empty()) {
     throw std::invalid_argument(
         fmt::format("--write {}: nothing could be told, so there is no tuned scenario", options.write));
   }
-  if (!options.write.empty()) write_file(options.write, tuned);
   return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
 }
 

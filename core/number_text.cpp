@@ -41,6 +41,13 @@ std::string number_text(double value, int significant) {
   return value < 0.0 ? std::string(kMinus) + text : text;
 }
 
+std::string short_text(double value) {
+  if (!std::isfinite(value)) return number_text(value);
+  const std::string text = fmt::format("{:g}", std::abs(value));
+  const std::string magnitude = text.find('e') == std::string::npos ? text : tidy_exponent(text);
+  return value < 0.0 ? std::string(kMinus) + magnitude : magnitude;
+}
+
 std::string fixed_text(double value, int decimals) {
   const std::string magnitude = fmt::format("{:.{}f}", std::abs(value), decimals);
   const bool negative = value < 0.0 && magnitude.find_first_of("123456789") != std::string::npos;

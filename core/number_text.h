@@ -11,6 +11,9 @@ namespace credence::internal {
 /// part are never cut. Very small and very large magnitudes take an exponent; "∞", "−∞" and "nan" are words.
 std::string number_text(double value, int significant = 4);
 
+/// As short as it can be with six digits: "0.25", "1e−9", "−2.5e7".
+std::string short_text(double value);
+
 /// With so many decimals, and no sign of what rounds to zero: "−0.05", "0.00".
 std::string fixed_text(double value, int decimals);
 

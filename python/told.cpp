@@ -80,8 +80,8 @@ Told tune(const Scenario& scenario, const std::string& free, const PlayOptions& 
   tuned->score->forget_stop();  // the document's figures ask it for more, long after this call
   const StudyAnalysis* const after = tuned->held_out ? &tuned->held_out->after : nullptr;
   Told told{.verdict = after == nullptr ? "" : std::string(to_string(overall_verdict(*after))),
-            .says = after == nullptr ? "" : after->word.says,
-            .p_value = after == nullptr ? kNaN : after->word.p_value,
+            .says = after == nullptr ? "" : overall_says(*after),
+            .p_value = after == nullptr ? kNaN : overall_p_value(*after),
             .tuned = tuned->tuning.anything_known() ? tuned_toml(*tuned) : ""};
   told.document = tune_document(std::move(*tuned));
   return told;

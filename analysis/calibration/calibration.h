@@ -96,11 +96,17 @@ struct Calibration {
   std::vector<DistanceBin> distance;  ///< none where the way is not known
 };
 
-/// states: the names of the states, as far as they have some; memory: as in CalibrationUnits.
+/// The unit of each state; empty where it is not known.
+std::vector<std::string> state_units(const RunLayout& layout);
+
+/// states: the names of the states, as far as they have some; memory: as in CalibrationUnits;
+/// units_of_states: state_units, or none.
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              std::span<const std::string> states, double confidence, double memory = kNaN);
+                              std::span<const std::string> states, double confidence, double memory = kNaN,
+                              std::span<const std::string> units_of_states = {});
 inline Calibration judge_calibration(const CalibrationUnits& units, double confidence) {
-  return judge_calibration(units.runs, units.parts, units.layout.states, confidence, units.memory);
+  return judge_calibration(units.runs, units.parts, units.layout.states, confidence, units.memory,
+                           state_units(units.layout));
 }
 
 /// Its name, or "x3" where it has none.

@@ -1,5 +1,7 @@
 #include "analysis/evidence/study_analysis.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -97,6 +99,13 @@ void analyse_nonlinear(const RunLayout& layout, StudyAnalysis& analysis) {
   }
 }
 
+/// How much one run is worth is told by how its errors remember, which add_judgement looks at.
+void leave_one_run_open(ConsistencyVerdict& nees) {
+  if (nees.verdict != Verdict::consistent) return;
+  nees.verdict = Verdict::undecided;
+  nees.reason = "one run is too few to decide without a look along it";
+}
+
 }  // namespace
 
 StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
@@ -122,6 +131,10 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   const auto times = StepTimes::every(step_s(scenario));
   analysis.nees.times = analysis.nis.times = times;
   if (analysis.vehicle_nees) analysis.vehicle_nees->times = times;
+  if (s.runs == 1) {
+    leave_one_run_open(analysis.nees);
+    if (analysis.vehicle_nees) leave_one_run_open(*analysis.vehicle_nees);
+  }
   std::vector<BlockVerdict> blocks;
   if (analysis.vehicle_nees) blocks.push_back({"pose", *analysis.vehicle_nees});
   analysis.word = join_verdicts(word_parts(analysis.nees, analysis.nis, blocks), confidence);
@@ -147,7 +160,12 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
                                   .margin = a.scenario.stop.consistent_within,
                                   .all_runs = &a.statistics,
                                   .times = StepTimes::every(step_s(a.scenario))});
+  a.nees = a.judgement->nees;
   a.nis = a.judgement->nis;
+  if (a.judgement->single && a.vehicle_nees) {
+    const auto pose = std::ranges::find(a.judgement->blocks, "pose", &BlockVerdict::name);
+    if (pose != a.judgement->blocks.end()) a.vehicle_nees = pose->verdict;
+  }
   a.word = a.judgement->word;
 }
 
@@ -166,6 +184,17 @@ void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {
   return analysis.stop ? analysis.stop->verdict : analysis.word.verdict;
+}
+
+double overall_p_value(const StudyAnalysis& analysis) {
+  return analysis.stop ? analysis.stop->p_value : analysis.word.p_value;
+}
+
+std::string overall_says(const StudyAnalysis& analysis) {
+  const Verdict verdict = overall_verdict(analysis);
+  if (verdict == analysis.word.verdict) return analysis.word.says;
+  return is_inconsistent(verdict) ? fmt::format("{} by the rule that ends the study", to_string(verdict))
+                                  : "";
 }
 
 LogAnalysis analyse_logs(Evidence evidence, const JudgementContext& context) {

@@ -74,6 +74,10 @@ void add_posterior_bound(StudyAnalysis& analysis, const EngineOptions& options =
 
 /// The one word: that of the stop rule if there is one, else the word over NEES, NIS and the blocks.
 Verdict overall_verdict(const StudyAnalysis& analysis);
+/// The p-value of that word: of a stop rule valid at any look.
+double overall_p_value(const StudyAnalysis& analysis);
+/// What it says; of a stop rule what the word over all says where it is the same, else nothing more.
+std::string overall_says(const StudyAnalysis& analysis);
 
 /// Logs of a filter, judged.
 struct LogAnalysis {

@@ -35,7 +35,7 @@ bool SweepAnalysis::stands(std::size_t study) const {
 std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses) {
   std::vector<double> p_values;
   p_values.reserve(analyses.size());
-  for (const StudyAnalysis& a : analyses) p_values.push_back(a.stop ? a.stop->p_value : a.word.p_value);
+  for (const StudyAnalysis& a : analyses) p_values.push_back(overall_p_value(a));
   return benjamini_yekutieli(p_values);
 }
 

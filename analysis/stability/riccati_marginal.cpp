@@ -8,6 +8,7 @@
 #include "analysis/stability/marginal_modes.h"
 #include "analysis/stability/riccati_newton.h"
 #include "core/linear_algebra/decompositions.h"
+#include "core/number_text.h"
 
 namespace credence::internal {
 namespace {
@@ -138,15 +139,16 @@ bool agrees_with_measured(const RiccatiProblem& problem, const Matrix& P0, const
   const double difference = (measured - solution.P).norm();
   if (difference <= kAgreement * scale + kLearning / solution.steps) return true;
   if (difference <= std::min(kHalved * (before - solution.P).norm(), kNearLimit * scale)) return true;
-  solution.reason = fmt::format("after {:g} steps P is still {:g} (relative) away from the limit found",
-                                solution.steps, difference / scale);
+  solution.reason = fmt::format("after {} steps P is still {} (relative) away from the limit found",
+                                number_text(solution.steps, 3), number_text(difference / scale, 3));
   return false;
 }
 
 bool is_fixed_point(const RiccatiProblem& problem, RiccatiSolution& solution) {
   solution.residual = riccati_residual(problem, solution.P).relative;
   if (solution.residual <= kFixedPointLimit) return true;
-  solution.reason = fmt::format("the limit found is no fixed point: residual {:g}", solution.residual);
+  solution.reason =
+      fmt::format("the limit found is no fixed point: residual {}", number_text(solution.residual, 2));
   return false;
 }
 
@@ -219,9 +221,9 @@ RiccatiSolution solve_marginal_riccati(const RiccatiProblem& problem, const Matr
     return solution;
   }
   if (modes.paired() == growth.grows()) {
-    solution.reason =
-        fmt::format("predicted {}, but the growth exponent after {:g} steps is {:g}",
-                    modes.paired() ? "bounded" : "unbounded", solution.steps, growth.exponent());
+    solution.reason = fmt::format("predicted {}, but the growth exponent after {} steps is {}",
+                                  modes.paired() ? "bounded" : "unbounded", number_text(solution.steps, 3),
+                                  number_text(growth.exponent(), 3));
     return solution;
   }
   if (growth.grows()) {

@@ -192,6 +192,19 @@ VerdictDesign observed_design(const StudyStatistics& statistics, Quantity quanti
   return design;
 }
 
+/// The share of the level that a part has in a word all of whose parts have data.
+constexpr double least_share(double weight) {
+  return weight /
+         (kWordNees + kWordNis + kWordBlocks + kWordDirections + kWordClaimedSigma + 2.0 * kWordOverTime);
+}
+
+/// That of NIS: of several sensors that of each; one of several components gives half of it to them.
+double least_share_of_nis(const RunLayout& layout) {
+  const bool components = std::ranges::any_of(layout.sensors, [](const Sensor& s) { return s.dim > 1; });
+  const auto sensors = static_cast<double>(std::max<std::size_t>(1, layout.sensors.size()));
+  return least_share(components ? 0.5 * kWordNis : kWordNis) / sensors;
+}
+
 // share: of the level of the word.
 void plan_verdict(const PlanQuestion& question, const PilotTiming& pilot, std::int64_t runs, double share,
                   VerdictPlan& plan) {
@@ -255,9 +268,8 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
       std::clamp(plan.nees.design.effective_steps, 1.0, plan.nees.design.steps);
   plan.nees.design.least_dof = static_cast<double>(pilot.statistics.nees_of_runs.least_dof);
   plan.nees.design = simulated(plan.nees.design, kSimulatedStudies);
-  constexpr double kAll = kWordNees + kWordNis + kWordBlocks + kWordDirections;
-  plan_verdict(question, plan.pilot, scenario.study.runs, kWordNees / kAll, plan.nees);
-  plan_verdict(question, plan.pilot, scenario.study.runs, kWordNis / kAll, plan.nis);
+  plan_verdict(question, plan.pilot, scenario.study.runs, least_share(kWordNees), plan.nees);
+  plan_verdict(question, plan.pilot, scenario.study.runs, least_share_of_nis(experiment.layout()), plan.nis);
   plan.runs_for_precision = runs_for_precision(plan.nees.design, question.precision);
   plan.runs_for_all = plan.runs_for_precision;
   for (const VerdictPlan* verdict : {&plan.nees, &plan.nis}) {

@@ -5,6 +5,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
+#include "core/stop_point.h"
 
 namespace credence::internal {
 namespace {
@@ -45,6 +46,7 @@ InnovationSensitivities::InnovationSensitivities(const LinearModel& model,
     P_dot.push_back(predict(d.P0.size() > 0 ? d.P0 : Matrix::Zero(n, n), d.Q));
   }
   for (Index k = 0; k < steps; ++k) {
+    stop_point();
     const Matrix before = P;
     const std::vector<Matrix> before_dot = P_dot;
     if (!add_step(model, derivatives, P, P_dot)) {

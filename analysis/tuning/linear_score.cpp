@@ -42,6 +42,7 @@ LinearScore::LinearScore(NoiseParameters parameters, std::vector<MeasuredRun> ru
 
 UnitScores LinearScore::scores(const Vector& phi, bool gradient) const {
   const auto derivatives = gradient ? parameters_.derivatives(phi) : std::vector<NoiseDerivative>{};
+  const StopScope scope(stop_);
   const InnovationSensitivities filter(parameters_.at(phi), derivatives, steps());
   UnitScores scores;
   scores.ok = filter.ok();

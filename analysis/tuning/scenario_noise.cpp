@@ -59,6 +59,7 @@ std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem pr
                     "say as much",
                     runs, scenario.study.steps));
   }
+  require_exact_differences(problem, scenario.study.steps);
   // Of a filter that is right: one that is not may fail where the world does not.
   problem.assumed = problem.truth;
   const auto experiment =

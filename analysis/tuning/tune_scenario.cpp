@@ -105,6 +105,7 @@ HeldOut hold_out(const ScenarioTuning& all, const TuneRequest& request) {
 std::optional<ScenarioTuning> tune_scenario(const Scenario& scenario, const TuneRequest& request) {
   const auto stopped = [&] { return request.stop != nullptr && request.stop->load(); };
   ScenarioTuning all{.scenario = scenario, .tuned = scenario};
+  const StopScope scope(request.stop);
   try {
     all.score = make_scenario_score(scenario, request.free, request.threads, request.stop, request.watch);
     all.tuning = tune(all.score->model(), all.score->start(), scenario.study.confidence);

@@ -190,10 +190,10 @@ Index InverseRoot::diagonalise(Index n, double* __restrict d, double* __restrict
     double s = 1.0, c = 1.0, carried = 0.0, above = d[last];
     Index i = last - 1;
     for (; i >= first; --i) {
-      const double f = s * e[i], b = c * e[i], r = std::sqrt(f * f + g * g);
+      const double f = s * e[i], b = c * e[i], squared = f * f + g * g, r = std::sqrt(squared);
       e[i + 1] = r;
-      if (r == 0.0) break;  // T has come apart
-      const double inverse = 1.0 / r, h = above - carried;
+      if (squared < std::numeric_limits<double>::min()) break;          // T has come apart
+      const double inverse = r * (1.0 / squared), h = above - carried;  // beside the root, not after it
       s = f * inverse;
       c = g * inverse;
       above = d[i];

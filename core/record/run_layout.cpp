@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 
 namespace credence::internal {
@@ -140,13 +141,15 @@ namespace credence {
 using namespace internal;
 
 void add_named_blocks(RunLayout& layout) {
+  std::unordered_map<std::string, std::size_t> places;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) places.emplace(layout.blocks[b].name, b);
   for (Index i = 0; i < std::ssize(layout.states); ++i) {
     const std::string name = block_of(layout.states[static_cast<std::size_t>(i)]);
-    Block* const block = find(layout, name);
-    if (block == nullptr) {
+    const auto [place, is_new] = places.emplace(name, layout.blocks.size());
+    if (is_new) {
       layout.blocks.push_back({name, Part::other, {i}});
     } else {
-      block->states.push_back(i);
+      layout.blocks[place->second].states.push_back(i);
     }
   }
   name_parts(layout);

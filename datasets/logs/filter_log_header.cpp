@@ -157,12 +157,12 @@ class HeaderParser {
     const Index n = std::ssize(h.layout.states);
     if (h.layout.has_truth || !P_.empty()) h.P = symmetric(P_, n, "P");
     for (Sensor& sensor : h.layout.sensors) add_sensor(sensor);
-    add_named_blocks(h.layout);
     if (!h.layout.has_truth && h.layout.sensors.empty()) {
       throw std::invalid_argument(
           "nothing to judge: there is neither a truth.NAME for the estimates, nor an error.NAME, nor an "
           "innovation.i");
     }
+    add_named_blocks(h.layout);
     return std::move(h);
   }
 

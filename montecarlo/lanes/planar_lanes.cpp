@@ -314,9 +314,10 @@ void PlanarLanes::check_nees() {
 void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, Factor factor) {
   compute_errors(truth);
   follow_nees(truth, normalise);
-  factored_ = factor != Factor::if_needed || !nees_along_run_.all_have_values(static_cast<LaneSet>(~lost_));
-  if (factored_) factor_covariance(normalise);
-  if (factor == Factor::check) check_nees();
+  checked_ = factor == Factor::check;
+  if (checked_ || !nees_along_run_.all_have_values(static_cast<LaneSet>(~lost_)))
+    factor_covariance(normalise);
+  if (checked_) check_nees();
   if (normalise) {
     kernel_.share_noise(kernel_data());
     kernel_.landmark_nees(kernel_data(), data(error_), data(landmark_nees_));
@@ -366,7 +367,7 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
     told.variance[i] = covariance_at(place, place)[lane];
     ++i;
   }
-  if (factored_ && n <= kLargestTold) {
+  if (checked_ && n <= kLargestTold) {
     told.P.resize(n, n);
     for (Index j = 0; j < n; ++j) {
       for (Index i = j; i < n; ++i)

@@ -126,7 +126,7 @@ class PlanarLanes {
   PlanarNeesLanes nees_along_run_;
   Numbers predicted_, prior_;  ///< 3: the predicted pose, and its error
   LaneSet lost_ = 0;           ///< lanes that have failed
-  bool factored_ = false;      ///< P, by the last judge
+  bool checked_ = false;       ///< P and NEES, by the last judge
   std::array<PlanarStep, kLanes> steps_;
 };
 

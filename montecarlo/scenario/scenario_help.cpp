@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
+#include <vector>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/scenario_schema.h"
 
 namespace credence::internal {
@@ -12,17 +15,20 @@ namespace {
 
 constexpr std::size_t kWidth = 100;
 
-/// The default in the worlds that have the key: of the first, then those in which it is another. Anchors
-/// count from the observability that needs them.
+/// The default in the worlds that have the key: of the first and those like it, then each other one with its
+/// worlds. Anchors count from the observability that needs them.
 std::string default_text(const ScenarioKey& key) {
   if (!key.default_words.empty()) return std::string(key.default_words);
-  std::string text, last;
+  std::vector<std::pair<std::string, std::string>> worlds_of_value;
   for (const ScenarioKey::Use& use : key.uses) {
-    std::string value = value_text(key_value(key, starting_scenario(use.world)));
-    if (value == last) continue;
-    text += text.empty() ? value : fmt::format(", {} with \"{}\"", value, use.world);
-    last = std::move(value);
+    const std::string value = value_text(key_value(key, starting_scenario(use.world)));
+    auto same = std::ranges::find(worlds_of_value, value, &std::pair<std::string, std::string>::first);
+    if (same == worlds_of_value.end()) same = worlds_of_value.insert(same, {value, ""});
+    append_item(same->second, fmt::format("\"{}\"", use.world), " or ");
   }
+  std::string text;
+  for (const auto& [value, worlds] : worlds_of_value)
+    append_item(text, text.empty() ? value : fmt::format("{} with {}", value, worlds));
   return text;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
+#include "core/nan.h"
 #include "montecarlo/scenario/noise_switches.h"
 
 namespace credence::internal {
@@ -113,6 +114,11 @@ double BoundCurve::mean_at_truth() const { return mean_of(at_truth); }
 const BoundCurve* PosteriorBound::find(std::string_view block) const {
   const auto found = std::ranges::find(blocks, block, &BoundCurve::block);
   return found == blocks.end() ? nullptr : &*found;
+}
+
+double PosteriorBound::mean_bound(std::string_view block) const {
+  const BoundCurve* curve = find(block);
+  return curve == nullptr ? kNaN : curve->mean_bound();
 }
 
 }  // namespace credence

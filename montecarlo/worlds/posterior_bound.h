@@ -43,6 +43,7 @@ struct PosteriorBound {
   std::string reason;              ///< why there is none, else empty
 
   const BoundCurve* find(std::string_view block) const;  ///< null: there is none
+  double mean_bound(std::string_view block) const;       ///< NaN: there is none
 };
 
 }  // namespace credence

@@ -155,7 +155,8 @@ def check(
         same; also that of one observation, where observation says so. With it the factor on R alone is told. A dict:
         for each sensor that has one.
     confidence: of the verdict: a consistent filter is called anything else with probability 1 − confidence at most.
-    within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
+    within: the margin of what is told as proved: mean NEES and NIS between 1/(1 + this) and 1 + this times what is
+        expected. The verdict does not depend on it.
     dt: the time of a step, s, with which what is said of steps tells when they are; 0: not known.
     nonlinear: the filter linearises at its own estimates, as an EKF does: a cause that is named where it fits.
     inflated: the filter inflates its covariance on purpose.
@@ -227,6 +228,6 @@ def check(
         for i in range(len(error_parts or sensor_parts[0]))
     ]
     runs = collector(names, angles, units, blocks, n, sensors, error is not None, nonlinear, inflated)
+    runs.look(bundles, shape.indexing, {}, False)  # which counts runs from those already added
     runs.add(bundles, shape.indexing, threads, {})
-    runs.look(bundles, shape.indexing, {}, False)
     return Result(runs.judge(name, "arrays", confidence, sensitivity, within, dt))

@@ -57,8 +57,7 @@ def check_logs(
     lever_arm: of logs of poses, where the frame of the truth is on the body of the estimate: (x, y, z) in m, or with
         (qx, qy, qz, qw) behind it.
     partial: of a file that is cut off, judge what comes before.
-    within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
-    confidence, sensitivity, threads, name: as in ``check``.
+    within, confidence, sensitivity, threads, name: as in ``check``.
     progress: progress(done, total) is called every so often, with bytes; an exception ends the work.
 
     Raises DataError, a ValueError, for a file that cannot be read, naming its line, and for a run that is there twice;

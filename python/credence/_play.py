@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import inspect
 import warnings
 from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, Optional
@@ -124,9 +125,16 @@ def _shown(value: Any, name: str, shape: "tuple[int, ...]", runs: int) -> np.nda
     raise PlugError(f"{name} has shape {array.shape}: expected {(runs, *shape)} or {shape}")
 
 
+def _own(value: Any) -> Any:
+    """What another may change without harm: arrays copied, those of a mapping too; else the value itself."""
+    if isinstance(value, Mapping):
+        return {key: _own(one) for key, one in value.items()}
+    return value.copy() if isinstance(value, np.ndarray) else value
+
+
 def _minus(plan: Plan, estimate: Any, truth: Any, angles: np.ndarray) -> np.ndarray:
     if hasattr(plan.world, "minus"):
-        return np.asarray(plan.world.minus(estimate, truth), dtype=np.float64)
+        return np.asarray(plan.world.minus(_own(estimate), _own(truth)), dtype=np.float64)
     error = np.asarray(estimate, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
     if angles.any():
         error[..., angles] = np.remainder(error[..., angles] + np.pi, 2.0 * np.pi) - np.pi
@@ -144,7 +152,9 @@ def _is_lost(state: Any, error: np.ndarray, there: np.ndarray, runs: int) -> np.
 
 def _innovations(made: Any, measured: Any, runs: int) -> "dict[str, tuple[np.ndarray, np.ndarray]]":
     """What the filter shows of its last update, by sensor."""
-    nu = getattr(made, "innovation", None)
+    # What a property throws is an error, an AttributeError too, and not that there is none.
+    is_property = isinstance(inspect.getattr_static(type(made), "innovation", None), property)
+    nu = made.innovation if is_property else getattr(made, "innovation", None)
     if nu is None or measured is None:
         return {}
     by_sensor, S = (nu, made.S) if isinstance(nu, Mapping) else ({"": nu}, {"": made.S})
@@ -230,7 +240,7 @@ def _told(world: Any, truth: Any, k: int, source: _Source, part: float = 1.0) ->
     """What predict is given: the input and the time of the step, or of a part of it, of a world that has them."""
     told = []
     if hasattr(world, "input"):
-        told.append(world.input(truth, k, Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)))
+        told.append(world.input(_own(truth), k, Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)))
     if hasattr(world, "dt"):
         told.append(world.dt * part)
     return told
@@ -263,11 +273,11 @@ class _Play:
             self.step = k
             truth = world.step(truth, k, Noise(source, k, _credence.Purpose.process))
             made.predict(*_told(world, truth, k, source))
-            z = world.measure(truth, k, Noise(source, k, _credence.Purpose.measurement))
+            z = world.measure(_own(truth), k, Noise(source, k, _credence.Purpose.measurement))
             late.append(z)
             z = late.popleft() if len(late) > plan.switches.measurement_delay else None
             if z is not None:
-                made.update(z)
+                made.update(_own(z))
             self._show(made, truth, z, k, n, angles)
         self.name_diverged(plan.steps)
         return chunk

@@ -14,7 +14,7 @@ from . import _credence
 from ._arrays import system_path
 from ._check import Progress, require_threads
 from ._messages import names_arguments
-from ._result import Result
+from ._result import Result, Verdict
 
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -109,7 +109,8 @@ class Sweep:
         for c in document["configurations"]:
             nees, nis = c["nees"], c["nis"]
             factor = nees["factor"]
-            numbers = [c["word"]["p_value"], c["sweep_p_value"], factor["value"], factor["lower"], factor["upper"]]
+            word = c.get("stop") or c["word"]
+            numbers = [word["p_value"], c["sweep_p_value"], factor["value"], factor["lower"], factor["upper"]]
             numbers += [nees["mean"], nees["expected"], nis["mean"], nis["expected"]]
             rows.append(
                 (*(c["swept"] or {}).values(), c["verdict"], *(math.nan if x is None else x for x in numbers))
@@ -121,7 +122,7 @@ class Sweep:
         names = ["p_value", "sweep_p_value", "factor", "factor_lower", "factor_upper"]
         names += ["mean_nees", "expected_nees", "mean_nis", "expected_nis"]
         kinds = [(key, _column_type([row[i] for row in rows])) for i, key in enumerate(swept)]
-        kinds += [("verdict", "U11"), *((name, "f8") for name in names), ("runs", "i8"), ("failed", "i8")]
+        kinds += [("verdict", f"U{max(len(v) for v in Verdict)}"), *((name, "f8") for name in names), ("runs", "i8"), ("failed", "i8")]
         return np.array(rows, dtype=kinds)
 
     def report(self, directory: "str | os.PathLike[str]") -> str:

@@ -86,6 +86,9 @@ class Document {
   std::vector<DocumentFile> files;
   /// What stands at the end of the page behind its provenance: the seed, the files read.
   std::vector<std::pair<std::string, std::string>> sources;
+  /// What the authors of scenarios say, by name: in the head of the page too, for who makes it again of what
+  /// is stored (description_of_page).
+  std::vector<std::pair<std::string, std::string>> descriptions;
 
   /// The answer as a line of its own on a terminal.
   void show_answer();
@@ -115,7 +118,7 @@ class Document {
   /// Numbered, with its title as caption; numbers align at their decimal points, tones colour the cells.
   void table(ReportTable table);
   /// With its caption, a letter that counts within the section (numbers are those of a paper's figures), and
-  /// the anchor "figure-<name>". Nothing of a figure without panels.
+  /// the anchor "figure-<name>". Nothing of a figure without panels, or without data in any of them.
   void figure(Figure figure);
   void figures(std::vector<Figure> figures);
   /// One that takes time, made when the page is.

@@ -145,8 +145,11 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"stretches", "stretch", "parts of a long run that are nearly independent of each other",
      "Errors of successive steps are alike, so a run of a thousand steps is worth far fewer. It is cut into "
      "stretches many correlation times long, whose means serve as independent values."},
-    {"undecided", "", "the data are too few for a verdict",
-     "The report says how many runs would do. It is no accusation and no acquittal."},
+    {"undecided", "", "no verdict: the data speak neither for the covariance nor against it",
+     "They are too few, and then the report says how many runs would do; or they cannot tell, as innovations "
+     "that are not white without a truth, errors or innovations that are all zero, arrays whose axes look "
+     "swapped, or too many failed runs or rejected rows. The report says which. It is no accusation and no "
+     "acquittal."},
     {"whiteness", "white|portmanteau|portmanteau test|Ljung-Box",
      "no correlation of the innovation with its own past",
      "A correlated innovation means that the filter leaves information unused: a wrong Q or R, a missing "

@@ -76,19 +76,24 @@ std::vector<IndexedReport> find_reports(const fs::path& folder) {
   fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
   if (error) throw OutputError(fmt::format("{}: {}", folder.string(), error.message()));
   std::vector<IndexedReport> reports;
-  for (const fs::recursive_directory_iterator end; entry != end; entry.increment(error)) {
-    if (error) throw OutputError(fmt::format("{}: {}", folder.string(), error.message()));
-    const fs::path& path = entry->path();
+  const fs::recursive_directory_iterator end;
+  while (entry != end) {
+    const fs::path path = entry->path();
     if (entry->is_directory(error) && path.filename().string().starts_with('.'))
       entry.disable_recursion_pending();
-    if (path.filename() != "index.html" || !entry->is_regular_file(error)) continue;
-    const std::string head = head_of(path);
-    if (!is_of_credence(head)) continue;
-    reports.push_back({.page = path.lexically_relative(folder),
-                       .title = between(head, "<title>", "</title>"),
-                       .answer = said(head, "credence-answer"),
-                       .date = said(head, "credence-date"),
-                       .command = said(head, "credence-command")});
+    if (path.filename() == "index.html" && entry->is_regular_file(error)) {
+      if (const std::string head = head_of(path); is_of_credence(head)) {
+        reports.push_back({.page = path.lexically_relative(folder),
+                           .title = between(head, "<title>", "</title>"),
+                           .answer = said(head, "credence-answer"),
+                           .date = said(head, "credence-date"),
+                           .command = said(head, "credence-command")});
+      }
+    }
+    // One that fails is at its end, so that a loop would not see it.
+    entry.increment(error);
+    if (error)
+      throw OutputError(fmt::format("{}: behind {}: {}", folder.string(), path.string(), error.message()));
   }
   std::ranges::sort(reports, {}, &IndexedReport::page);
   return reports;
@@ -97,6 +102,11 @@ std::vector<IndexedReport> find_reports(const fs::path& folder) {
 std::string command_of_page(const fs::path& page) {
   const std::string head = head_of(page);
   return is_of_credence(head) ? said(head, "credence-command") : "";
+}
+
+std::string description_of_page(const fs::path& page, std::string_view name) {
+  const std::string head = head_of(page);
+  return is_of_credence(head) ? said(head, "credence-description " + escape_html(name)) : "";
 }
 
 std::size_t write_report_index(const fs::path& folder, const Provenance& provenance) {

@@ -19,7 +19,8 @@ struct IndexedReport {
 };
 
 /// The reports in a folder and its subfolders, ordered by path. Pages of others are passed over, as are
-/// hidden folders; links are not followed. Throws OutputError for a folder that cannot be read.
+/// hidden folders and those that one may not read; links are not followed. Throws OutputError for a folder
+/// that cannot be read for another reason, or that is not there: none is left out without a word.
 std::vector<IndexedReport> find_reports(const std::filesystem::path& folder);
 
 /// Whether a page is one of Credence.
@@ -30,6 +31,10 @@ bool leads_to(const std::filesystem::path& page, std::string_view file);
 
 /// The command that made a page, as the page says; empty where there is none, or it is of others.
 std::string command_of_page(const std::filesystem::path& page);
+
+/// What the author of a scenario says of it, as the page says (Document::descriptions); empty where it does
+/// not.
+std::string description_of_page(const std::filesystem::path& page, std::string_view name);
 
 /// Writes FOLDER/reports.html and returns how many reports it lists. Throws OutputError.
 std::size_t write_report_index(const std::filesystem::path& folder,

@@ -33,8 +33,8 @@ std::string filter_text(const FilterSettings& filter) {
   if (filter.inflation == FilterInflation::rank) {
     text += fmt::format(" {} ({})", filter.inflation_rank, to_string(filter.inflation_range));
   }
-  if (filter.process_scale != 1.0) text += fmt::format(", Q × {:g}", filter.process_scale);
-  if (filter.measurement_scale != 1.0) text += fmt::format(", R × {:g}", filter.measurement_scale);
+  if (filter.process_scale != 1.0) text += ", Q × " + short_text(filter.process_scale);
+  if (filter.measurement_scale != 1.0) text += ", R × " + short_text(filter.measurement_scale);
   return text;
 }
 
@@ -45,10 +45,17 @@ std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::i
   for (const RunNotConverged& of : runs) steps += of.steps;
   std::vector<std::int64_t> named;
   for (const RunNotConverged& of : runs.first(std::min(kNamed, runs.size()))) named.push_back(of.run);
+  const std::string which =
+      all == 1 ? "the only run"
+               : fmt::format("{} of {} runs ({} {}{})", runs.size(), all, runs.size() == 1 ? "run" : "runs",
+                             fmt::join(named, ", "), runs.size() > kNamed ? ", …" : "");
   return fmt::format(
-      "In {} of {} of {} runs ({}{}) the filter's iteration stopped before it had converged; its last "
-      "iterate is used there.",
-      counted(steps, "step"), runs.size(), all, fmt::join(named, ", "), runs.size() > kNamed ? ", …" : "");
+      "In {} of {} the filter's iteration stopped before it had converged; its last iterate is used there.",
+      counted(steps, "step"), which);
+}
+
+std::string failed_text(std::int64_t failed, std::int64_t all) {
+  return all == 1 ? "the only run failed" : fmt::format("{} of {} runs failed", failed, all);
 }
 
 TableCell verdict_cell(Verdict verdict) {

@@ -35,9 +35,12 @@ std::string against_expected(const ConsistencyVerdict& v);
 /// A verdict in words: its number, bounds, p-value and how many tests were made.
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);
 
-/// "In 12 steps of 3 of 100 runs (5, 7, 9) an iteration of the filter ended before it had settled; …", of
-/// `all` runs. Empty where there are none.
+/// "In 12 steps of 3 of 100 runs (runs 5, 7, 9) the filter's iteration stopped before it had converged; …",
+/// of `all` runs. Empty where there are none.
 std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::int64_t all);
+
+/// "2 of 6 runs failed", or "the only run failed".
+std::string failed_text(std::int64_t failed, std::int64_t all);
 
 /// A verdict as a cell.
 TableCell verdict_cell(Verdict verdict);

@@ -2,6 +2,7 @@
 
 #include <cairo-pdf.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -74,6 +75,8 @@ struct CairoCanvas::Page {
     cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, "");
   }
   void open_png(double width, double height) {
+    constexpr double kMostDots = 32000.0;  // that cairo takes on a side
+    scale = std::min(scale, kMostDots / std::max(width, height));
     const auto dots = [&](double length) { return static_cast<int>(std::ceil(scale * length)); };
     surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, dots(width), dots(height)));
   }

@@ -22,12 +22,14 @@ double page_width(const Figure& figure) {
   return figure.cols == 1 ? 620.0 : figure.cols == 2 ? 940.0 : figure.cols == 3 ? 1080.0 : 1180.0;
 }
 
-// A paper has one or two columns of text to offer.
+// A paper has one or two columns of text to offer. Long names beside a single panel may need the second.
 double paper_width(const Figure& figure, PaperStyle::Width wanted) {
-  constexpr double kPointsPerInch = 72.0;
-  const bool one =
-      wanted == PaperStyle::Width::by_figure ? figure.cols == 1 : wanted == PaperStyle::Width::one_column;
-  return (one ? 3.5 : 7.16) * kPointsPerInch / kPaperFontPoints * kLabelFont;
+  constexpr double kUnitsPerInch = 72.0 / kPaperFontPoints * kLabelFont;
+  constexpr double kOne = 3.5 * kUnitsPerInch, kTwo = 7.16 * kUnitsPerInch;
+  constexpr double kLeastShare = 0.45;  // of the width, for the axes
+  if (wanted == PaperStyle::Width::one_column) return kOne;
+  if (wanted == PaperStyle::Width::two_columns || figure.cols > 1) return kTwo;
+  return lay_out(figure, kOne).panels.front().box.width() < kLeastShare * kOne ? kTwo : kOne;
 }
 
 // Panels side by side are too narrow in one column of text: there they stand below each other.
@@ -82,6 +84,7 @@ std::vector<std::filesystem::path> write_figure(const Figure& figure, const std:
                                                 const PaperStyle& style) {
   std::vector<std::filesystem::path> files;
   const Figure on_paper = arranged(figure, style.width);
+  validate(on_paper);
   const double width = paper_width(on_paper, style.width);
   for (const auto& [ending, drawn] : file_formats(style)) {
     files.push_back(folder / (figure.name + ending));

@@ -164,10 +164,38 @@ Series heat_series(FigureData x, FigureData y, Matrix cells) {
   return series;
 }
 
-void arrange(Figure& figure) {
+void arrange(Figure& figure, int columns) {
+  if (const std::size_t all = figure.panels.size(); all > kMostPanels) {
+    figure.panels.resize(kMostPanels);
+    figure.caption += fmt::format(" Of {} panels the first {} are shown.", all, kMostPanels);
+  }
   const int panels = std::max(1, static_cast<int>(figure.panels.size()));
-  figure.cols = panels == 4 ? 2 : std::min(panels, 3);
+  figure.cols = panels == 4 ? 2 : std::min(panels, columns);
   figure.rows = (panels + figure.cols - 1) / figure.cols;
+}
+
+bool has_data(const Panel& panel, const Series& series) {
+  const auto drawn = [](const FigureData& values, std::size_t i, bool log) {
+    return i < values.size() && std::isfinite(values[i]) && (!log || values[i] > 0.0);
+  };
+  if (series.kind == SeriesKind::heat_map) return series.cells.array().isFinite().any();
+  if (series.kind == SeriesKind::level) return drawn(series.y, 0, panel.log_y);
+  if (series.kind == SeriesKind::upright) return drawn(series.x, 0, panel.log_x);
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const bool area = drawn(series.lower, i, panel.log_y) && drawn(series.upper, i, panel.log_y);
+    if (drawn(series.x, i, panel.log_x) && (area || drawn(series.y, i, panel.log_y))) return true;
+  }
+  return false;
+}
+
+bool has_data(const Panel& panel) {
+  return std::ranges::any_of(panel.series, [&](const Series& series) {
+    return series.kind != SeriesKind::level && series.kind != SeriesKind::upright && has_data(panel, series);
+  });
+}
+
+bool has_data(const Figure& figure) {
+  return std::ranges::any_of(figure.panels, [](const Panel& panel) { return has_data(panel); });
 }
 
 void validate(const Figure& figure) {
@@ -175,8 +203,10 @@ void validate(const Figure& figure) {
   constexpr const char* kNameLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
   require(!figure.name.empty() && figure.name.find_first_not_of(kNameLetters) == std::string::npos, where,
           "the name must be letters, digits, '-' and '_'");
-  require(figure.rows >= 1 && figure.cols >= 1 && figure.rows <= 20 && figure.cols <= 8, where,
-          fmt::format("grid of {}x{} panels must be within 1x1 and 20x8", figure.rows, figure.cols));
+  require(figure.rows >= 1 && figure.cols >= 1 && figure.rows <= kMostRows && figure.cols <= kMostColumns,
+          where,
+          fmt::format("grid of {}x{} panels must be within 1x1 and {}x{}", figure.rows, figure.cols,
+                      kMostRows, kMostColumns));
   require(!figure.panels.empty() && figure.panels.size() <= static_cast<std::size_t>(figure.rows) *
                                                                 static_cast<std::size_t>(figure.cols),
           where,

@@ -132,8 +132,20 @@ struct Figure {
   double row_height = 0.0;  ///< of one row, in units of the label font's size; 0: chosen from the grid
 };
 
-/// As many rows as the panels take, three in each; of four panels two.
-void arrange(Figure& figure);
+/// A figure of more would be too long for a page or a picture.
+inline constexpr int kMostRows = 40, kMostColumns = 8;
+inline constexpr std::size_t kMostPanels = 40;  ///< all of them stand below each other in a narrow column
+
+/// As many rows as the panels take, `columns` in each; of four panels two. Of more than kMostPanels the first
+/// ones stay, which is added to the caption.
+void arrange(Figure& figure, int columns = 3);
+
+/// Whether anything of a series can be drawn: a finite number, on logarithmic axes a positive one.
+bool has_data(const Panel& panel, const Series& series);
+
+/// Whether a panel has more than levels and uprights that can be drawn; the figure, whether one has.
+bool has_data(const Panel& panel);
+bool has_data(const Figure& figure);
 
 /// Throws std::invalid_argument naming figure, panel and series when names, sizes or ranges do not fit.
 void validate(const Figure& figure);

@@ -74,7 +74,7 @@ FigureText tick_label(double value, double step, double largest) {
                                    exponent < 0 ? "\u2212" : "", std::abs(exponent)));
 }
 
-std::vector<AxisTick> linear_ticks(AxisRange range, int wanted) {
+std::vector<AxisTick> linear_ticks(AxisRange range, int wanted, bool whole = false) {
   const double raw = (range.high - range.low) / std::max(1, wanted);
   const double decade = std::pow(10.0, std::floor(std::log10(raw)));
   double step = 10.0 * decade;
@@ -86,6 +86,7 @@ std::vector<AxisTick> linear_ticks(AxisRange range, int wanted) {
       break;
     }
   }
+  if (whole) step = std::max(step, 1.0);
   const double largest = std::max(std::abs(range.low), std::abs(range.high));
   const double slack = 1e-9 * (range.high - range.low);
   std::vector<AxisTick> ticks;
@@ -157,8 +158,20 @@ bool has_heat_map(const Panel& panel) {
   return std::ranges::find(panel.series, SeriesKind::heat_map, &Series::kind) != panel.series.end();
 }
 
-Axis make_axis(AxisRange range, bool log, int wanted) {
-  return {range, log, log ? log_ticks(range, wanted) : linear_ticks(range, wanted)};
+Axis make_axis(AxisRange range, bool log, int wanted, bool whole) {
+  return {range, log, log ? log_ticks(range, wanted) : linear_ticks(range, wanted, whole)};
+}
+
+bool has_whole_x(const Panel& panel) {
+  std::size_t values = 0;
+  for (const Series& series : panel.series) {
+    for (const double x : series.x) {
+      if (!std::isfinite(x)) continue;
+      if (x != std::round(x)) return false;
+      ++values;
+    }
+  }
+  return values > 0;
 }
 
 AxisRange x_range_of(const Panel& panel) {

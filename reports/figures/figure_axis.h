@@ -22,8 +22,11 @@ struct Axis {
 };
 
 /// Ticks at round values for about `wanted` labels; on a log axis at decades, or at 1, 2, 5 times decades
-/// where few decades are shown.
-Axis make_axis(AxisRange range, bool log, int wanted);
+/// where few decades are shown. whole: on a linear axis at whole numbers only.
+Axis make_axis(AxisRange range, bool log, int wanted, bool whole = false);
+
+/// Whether all abscissae are whole numbers, as those of steps: between them there is nothing.
+bool has_whole_x(const Panel& panel);
 
 /// Whether cells are drawn, so that the panel needs a colour bar and no room at its ends.
 bool has_heat_map(const Panel& panel);

@@ -23,9 +23,9 @@ int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 3
 int wanted_y_ticks(double height) { return std::max(2, static_cast<int>(height / 26.0)); }
 
 // As many ticks as fit with their labels side by side.
-Axis make_x_axis(AxisRange range, bool log, double width) {
+Axis make_x_axis(AxisRange range, bool log, double width, bool whole) {
   for (int wanted = wanted_x_ticks(width);; --wanted) {
-    Axis axis = make_axis(range, log, wanted);
+    Axis axis = make_axis(range, log, wanted, whole);
     const double room = width / static_cast<double>(std::max<std::size_t>(axis.ticks.size(), 1));
     if (wanted <= 1 || widest_label(axis) + 2.0 * kGap <= room) return axis;
   }
@@ -82,20 +82,32 @@ double right_margin(const Panel& panel, const Axis& colour) {
   return colour_bar_room(colour) + (panel.colour_label.empty() ? 0.0 : kLine) + kGap;
 }
 
+// A name of what is not there would be sought in vain.
+bool is_named(const Panel& panel, const Series& series) {
+  return !series.label.empty() && has_data(panel, series);
+}
+
+std::vector<const Series*> named_series(const Panel& panel) {
+  std::vector<const Series*> named;
+  for (const Series& series : panel.series) {
+    if (is_named(panel, series)) named.push_back(&series);
+  }
+  return named;
+}
+
 // Entries one behind the other, a new line where the next does not fit.
 std::vector<LegendEntry> flow_legend(const Panel& panel, const CanvasBox& box, double cell_left, double top) {
   std::vector<LegendEntry> entries;
   double left = box.left;
   double widest = 0.0;
-  for (const Series& series : panel.series) {
-    if (!series.label.empty()) widest = std::max(widest, kSample + kGap + text_width(series.label));
-  }
+  for (const Series* const series : named_series(panel))
+    widest = std::max(widest, kSample + kGap + text_width(series->label));
   if (widest > box.width()) left = std::max(cell_left + kGap, box.right - widest);
   double x = left;
   double y = top + 0.5 * kLine;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     const Series& series = panel.series[i];
-    if (series.label.empty()) continue;
+    if (!is_named(panel, series)) continue;
     const double width = kSample + kGap + text_width(series.label);
     if (x > left && x + width > box.right + kGap) {
       x = left;
@@ -107,20 +119,12 @@ std::vector<LegendEntry> flow_legend(const Panel& panel, const CanvasBox& box, d
   return entries;
 }
 
-std::vector<const Series*> named_series(const Panel& panel) {
-  std::vector<const Series*> named;
-  for (const Series& series : panel.series) {
-    if (!series.label.empty()) named.push_back(&series);
-  }
-  return named;
-}
-
 // Whether the sample of `told` has all that the one of `series` has: a marker on a line tells a line, too.
 bool tells(const Series& told, const Series& series) {
   const LegendSample has = legend_sample(told), wants = legend_sample(series);
   return told.label == series.label && told.role == series.role && told.stroke == series.stroke &&
-         told.marker == series.marker && has.area == wants.area && (has.line || !wants.line) &&
-         (has.marker || !wants.marker);
+         told.marker == series.marker && has.area == wants.area && has.outline == wants.outline &&
+         (has.line || !wants.line) && (has.marker || !wants.marker);
 }
 
 // Whether each panel has a legend of its own.
@@ -141,13 +145,23 @@ double legend_height(const std::vector<LegendEntry>& entries) {
   return entries.empty() ? 0.0 : entries.back().y - entries.front().y + kLine + 0.5 * kGap;
 }
 
-// Heights of the rows of axes: what the caller states, else a pleasant shape, else what a map needs.
+// Of axes beside which a vertical label has its place, though it is longer by a line at both ends.
+double height_for(const FigureText& label) {
+  constexpr double kMost = 500.0;
+  return std::min(text_width(label) - 2.0 * kLine, kMost);
+}
+
+// Heights of the rows of axes: what the caller states, else a pleasant shape, else what a map needs; no less
+// than their labels need.
 double axes_height(const Figure& figure, const std::vector<PanelLayout>& panels, std::size_t row,
                    double width) {
-  if (figure.row_height > 0.0) return figure.row_height * kLabelFont;
-  double height = std::clamp(0.62 * width, 130.0, 300.0);
+  double height =
+      figure.row_height > 0.0 ? figure.row_height * kLabelFont : std::clamp(0.62 * width, 130.0, 300.0);
   for (std::size_t i = 0; i < panels.size(); ++i) {
-    if (i / static_cast<std::size_t>(figure.cols) != row || !figure.panels[i].equal_aspect) continue;
+    if (i / static_cast<std::size_t>(figure.cols) != row) continue;
+    const Panel& panel = figure.panels[i];
+    height = std::max({height, height_for(panel.y_label), height_for(panel.colour_label)});
+    if (!panel.equal_aspect || figure.row_height > 0.0) continue;
     const AxisRange& x = panels[i].x.range;
     const AxisRange& y = panels[i].y.range;
     height = std::max(height, std::clamp((y.high - y.low) / (x.high - x.low), 0.45, 1.0) * width);
@@ -205,7 +219,7 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
   const double left = columns.axes_left[col];
   out.box = {left, left + width, top, bottom};
   if (panel.equal_aspect) equalise(out.x.range, out.y.range, width / (bottom - top));
-  out.x = make_x_axis(out.x.range, panel.log_x, width);
+  out.x = make_x_axis(out.x.range, panel.log_x, width, has_whole_x(panel));
   out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
   if (const Series* heat = heat_map_of(panel); heat != nullptr) {
     if (panel.x_names.empty() && panel.ticks_at_centres) centre_ticks(heat->x, width, 0.0, out.x);
@@ -262,7 +276,11 @@ double place_row(const Figure& figure, FigureLayout& layout, const Columns& colu
 LegendSample legend_sample(const Series& series) {
   const bool points = series.kind == SeriesKind::points;
   const bool area = series.kind == SeriesKind::band || (series.kind == SeriesKind::polygon && series.filled);
-  return {.area = area, .line = !area && !points, .marker = points || series.kind == SeriesKind::error_bars};
+  const bool outline = series.kind == SeriesKind::polygon && !series.filled;
+  return {.area = area,
+          .line = !area && !outline && !points,
+          .outline = outline,
+          .marker = points || series.kind == SeriesKind::error_bars};
 }
 
 FigureLayout lay_out(const Figure& figure, double width) {

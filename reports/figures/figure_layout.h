@@ -15,7 +15,7 @@ inline constexpr double kColourBarWidth = 12.0;
 
 /// What stands for a series in a legend.
 struct LegendSample {
-  bool area = false, line = false, marker = false;
+  bool area = false, line = false, outline = false, marker = false;
 };
 
 LegendSample legend_sample(const Series& series);
@@ -46,8 +46,8 @@ struct FigureLayout {
 };
 
 /// Lays out a valid figure on a canvas of `width` units; the height follows from the content. Axes in one row
-/// or column of the grid line up; legends stand below their axes, never over the data. A panel whose legend
-/// would tell nothing that the last one before it does not has none.
+/// or column of the grid line up; legends stand below their axes, never over the data, and name what has
+/// data. A panel whose legend would tell nothing that the last one before it does not has none.
 FigureLayout lay_out(const Figure& figure, double width);
 
 }  // namespace credence::internal

@@ -25,6 +25,7 @@ class PanelPainter {
 
   void paint() {
     if (!layout_.has_colour_bar) group("grid", [&] { grid(); });
+    series_.keep_clear(panel_);
     group(layout_.has_colour_bar ? "plot heat" : "plot", [&] {
       for (std::size_t i = 0; i < panel_.series.size(); ++i) {
         group(fmt::format("series s{}", i), [&] { series_.paint(panel_.series[i]); });

@@ -59,9 +59,16 @@ std::span<const std::uint32_t> diverging_colours() {
   return colours;
 }
 
+std::span<const std::uint32_t> rising_colours() {
+  const auto colours = diverging_colours();
+  return colours.subspan(colours.size() / 2);
+}
+
 std::uint32_t colour_of(double share, ColourScale scale) {
   if (std::isnan(share)) return kMissingColour;
-  const auto colours = scale == ColourScale::sequential ? sequential_colours() : diverging_colours();
+  const auto colours = scale == ColourScale::sequential  ? sequential_colours()
+                       : scale == ColourScale::diverging ? diverging_colours()
+                                                         : rising_colours();
   const double place = std::clamp(share, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(place), colours.size() - 2);
   const double rest = place - static_cast<double>(below);

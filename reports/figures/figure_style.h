@@ -46,12 +46,15 @@ inline constexpr Index kNumberedRoles = 6;
 /// The role of the i-th (from 0) of several equal curves; repeats after kNumberedRoles.
 ColourRole numbered_role(Index i);
 
-/// Sequential for a quantity; diverging for a quantity with a neutral middle (a ratio to its expected value).
-enum class ColourScale { sequential, diverging };
+/// Sequential for a quantity; diverging for a quantity with a neutral middle (a ratio to its expected value);
+/// rising for one whose least value is the neutral one.
+enum class ColourScale { sequential, diverging, rising };
 
-/// Colours from low to high, evenly spaced: viridis-like for sequential, blue-white-vermillion for diverging.
+/// Colours from low to high, evenly spaced: viridis-like for sequential, blue-white-vermillion for diverging,
+/// of which rising has the upper half.
 std::span<const std::uint32_t> sequential_colours();
 std::span<const std::uint32_t> diverging_colours();
+std::span<const std::uint32_t> rising_colours();
 
 /// The colour at `share` of a scale, from 0 (low) to 1 (high), linear between its colours; beyond an end the
 /// colour of that end, and the colour of missing values for NaN.

@@ -26,9 +26,10 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
                              : !has_nees ? "NIS"
                                          : "NEES and NIS",
                              over_runs_text(a.evidence.study.runs), 100.0 * a.judgement.confidence)};
-  if (has_nees) figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
+  if (has_nees) figure.panels.push_back(verdict_panel("NEES", "mean NEES", a.judgement.nees, {}));
   if (has_nis) std::ranges::move(nis_panels(a.judgement, figure.caption), std::back_inserter(figure.panels));
   leave_out_start(figure, true);
+  tell_cut_means(figure);
   arrange(figure);
   return figure;
 }
@@ -74,6 +75,7 @@ Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
   for (const BlockVerdict* block : blocks_in_order(a)) verdicts.push_back({block->name, &block->verdict});
   figure.panels = verdict_panels(std::move(verdicts), "mean NEES", "blocks", figure.caption);
   leave_out_start(figure, true);
+  tell_cut_means(figure);
   arrange(figure);
   return figure;
 }

@@ -207,8 +207,8 @@ Figure replay_run_figure(const std::string& name, const std::string& caption, co
       vehicle_panel(r, 1, "Vehicle error in y"),
       landmark_panel(r, 0, "Landmark errors in x"),
       landmark_panel(r, 1, "Landmark errors in y"),
-      gain_panel(r, "Gain of the range", "‖K‖ (m/m)", [](const ReplayGain& g) { return g.range; }),
-      gain_panel(r, "Gain of the bearing", "‖K‖ (m/rad)", [](const ReplayGain& g) { return g.bearing; }),
+      gain_panel(r, "Gain of the range", "|K| (m/m)", [](const ReplayGain& g) { return g.range; }),
+      gain_panel(r, "Gain of the bearing", "|K| (m/rad)", [](const ReplayGain& g) { return g.bearing; }),
       trace_panel(r),
       nis_panel(r)};
   if (has_true_heading(r)) {

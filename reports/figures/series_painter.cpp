@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "reports/figures/figure_clip.h"
@@ -53,6 +54,16 @@ CanvasPath staircase(const CanvasPath& curve) {
   return steps;
 }
 
+CanvasPath ellipse_path(const CanvasPoint& middle, double half_width, double half_height) {
+  constexpr int kCorners = 32;
+  CanvasPath path;
+  for (int i = 0; i <= kCorners; ++i) {
+    const double t = 2.0 * std::numbers::pi * i / kCorners;
+    path.push_back({middle.x + half_width * std::cos(t), middle.y + half_height * std::sin(t)});
+  }
+  return path;
+}
+
 CanvasPath widened(const CanvasPath& point) {
   const CanvasPoint at = point.front();
   return {{at.x - kLonePoint, at.y}, {at.x + kLonePoint, at.y}};
@@ -91,6 +102,10 @@ void SeriesPainter::paint_sample(const Series& series, const LegendEntry& entry)
   if (sample.line) {
     const CanvasPath line{{entry.x, entry.y}, {end, entry.y}};
     canvas_.stroke({&line, 1}, pen_of(series));
+  }
+  if (sample.outline) {
+    const CanvasPath ellipse = ellipse_path(middle.front(), 0.4 * entry.sample_width, 4.5);
+    canvas_.stroke({&ellipse, 1}, pen_of(series));
   }
   if (sample.marker) paint_markers(series, middle, canvas_);
 }
@@ -215,34 +230,90 @@ void SeriesPainter::polygons(const Series& series) {
   lines(pen_of(series), outlines);
 }
 
-SeriesPainter::WordsPlace SeriesPainter::beside(CanvasPoint point, double width) const {
-  constexpr double kAside = 5.0, kRise = 9.0, kFall = 3.0;
-  constexpr int kCorners = 4, kRounds = 3;
-  const auto corner = [&](int i) {
-    const bool below = i % 2 == 1, left = i % kCorners >= 2;
-    const int round = i / kCorners;
-    const double away = kAside + (kRise + kFall) * round;
-    const CanvasPoint at{point.x + (left ? -kAside : kAside), point.y + (below ? away + kRise : -away)};
-    const double start = left ? at.x - width : at.x;
-    return WordsPlace{
-        at, left ? TextAnchor::end : TextAnchor::start, {start, start + width, at.y - kRise, at.y + kFall}};
-  };
-  const auto is_free = [&](const CanvasBox& box) {
-    return std::ranges::none_of(words_, [&](const CanvasBox& other) {
-      return box.left < other.right && other.left < box.right && box.top < other.bottom &&
-             other.top < box.bottom;
-    });
-  };
-  const WordsPlace usual = corner(0);
-  if (!cells_.empty() || is_free(usual.box)) return usual;
-  for (int i = 1; i < kCorners * kRounds; ++i) {
-    const WordsPlace other = corner(i);
-    if (is_free(other.box) && is_inside({other.box.left, other.box.top}, layout_.box) &&
-        is_inside({other.box.right, other.box.bottom}, layout_.box)) {
-      return other;
+void SeriesPainter::keep_clear(const Panel& panel) {
+  constexpr double kReach = 4.0;      // of a marker
+  constexpr std::size_t kMost = 500;  // of more there is no place without
+  const auto has_words = [](const Series& series) { return series.kind == SeriesKind::text; };
+  if (std::ranges::none_of(panel.series, has_words)) return;
+  for (const Series& series : panel.series) {
+    const bool bars = series.kind == SeriesKind::error_bars;
+    if (!bars && series.kind != SeriesKind::points) continue;
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      const double x = scale_.x(series.x[i]) + series.aside, y = scale_.y(series.y[i]);
+      if (std::isnan(x)) continue;
+      if (!std::isnan(y)) markers_.push_back({x - kReach, x + kReach, y - kReach, y + kReach});
+      if (!bars) continue;
+      const double top = scale_.y(series.upper[i]), bottom = scale_.y(series.lower[i]);
+      if (!std::isnan(top) && !std::isnan(bottom)) bars_.push_back({x - 1.0, x + 1.0, top, bottom});
     }
   }
-  return usual;
+  if (markers_.size() > kMost) markers_.clear();
+}
+
+// The corners of the point, then rings around it; in doubt what is nearer.
+std::vector<SeriesPainter::WordsPlace> SeriesPainter::places_beside(CanvasPoint point, double width) const {
+  constexpr double kAside = 5.0, kRise = 9.0, kFall = 3.0;
+  constexpr double kRing = 14.0, kWider = 1.3;
+  constexpr int kRings = 8, kDirections = 16;
+  std::vector<WordsPlace> places;
+  const auto add = [&](CanvasPoint at, TextAnchor anchor, double cost) {
+    const double start = anchor == TextAnchor::end ? at.x - width : at.x;
+    places.push_back({at, anchor, {start, start + width, at.y - kRise, at.y + kFall}, cost});
+  };
+  for (const bool left : {false, true}) {
+    for (const bool below : {false, true}) {
+      add({point.x + (left ? -kAside : kAside), point.y + (below ? kAside + kRise : -kAside)},
+          left ? TextAnchor::end : TextAnchor::start, static_cast<double>(places.size()));
+    }
+  }
+  for (int ring = 1; ring <= kRings; ++ring) {
+    for (int i = 0; i < kDirections; ++i) {
+      const double t = std::numbers::pi * (0.25 + 2.0 * i / kDirections), away = kRing * ring;
+      const CanvasPoint middle{point.x + kWider * away * std::cos(t), point.y - away * std::sin(t)};
+      add({middle.x - 0.5 * width, middle.y + 0.5 * (kRise - kFall)}, TextAnchor::start, 10.0 * ring);
+    }
+  }
+  return places;
+}
+
+SeriesPainter::WordsPlace SeriesPainter::beside(CanvasPoint point, double width) const {
+  constexpr double kOnMarker = 25.0, kOnBar = 12.0, kLeadsOverWords = 15.0;
+  constexpr std::size_t kMostWords = 100;
+  const std::vector<WordsPlace> places = places_beside(point, width);
+  if (!cells_.empty() || words_.size() > kMostWords) return places.front();
+  const auto overlap = [](const CanvasBox& a, const CanvasBox& b) {
+    return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  };
+  const auto count = [&](const std::vector<CanvasBox>& boxes, const CanvasBox& box) {
+    return static_cast<double>(
+        std::ranges::count_if(boxes, [&](const CanvasBox& other) { return overlap(box, other); }));
+  };
+  const WordsPlace* best = nullptr;
+  double least = 0.0;
+  for (const WordsPlace& place : places) {
+    const CanvasBox& box = place.box;
+    const bool usual = &place == places.data();  // also where it reaches over the frame
+    const bool inside =
+        is_inside({box.left, box.top}, layout_.box) && is_inside({box.right, box.bottom}, layout_.box);
+    if (best != nullptr && place.cost >= least) continue;
+    if (!(inside || usual) || count(words_, box) > 0.0) continue;
+    double cost = place.cost + kOnMarker * count(markers_, box) + kOnBar * count(bars_, box);
+    const CanvasPath lead = lead_to(place, point);
+    cost += kLeadsOverWords * static_cast<double>(std::ranges::count_if(words_, [&](const CanvasBox& other) {
+              return !clip_line(lead, other).empty();
+            }));
+    if (best != nullptr && cost >= least) continue;
+    best = &place;
+    least = cost;
+  }
+  return best == nullptr ? places.front() : *best;
+}
+
+CanvasPath SeriesPainter::lead_to(const WordsPlace& place, CanvasPoint point) {
+  constexpr double kNear = 12.0;
+  const CanvasPoint end{std::clamp(point.x, place.box.left, place.box.right),
+                        std::clamp(point.y, place.box.top, place.box.bottom)};
+  return std::hypot(end.x - point.x, end.y - point.y) < kNear ? CanvasPath{} : CanvasPath{point, end};
 }
 
 // On a cell of a heat map in the one of black and white that can be read there.
@@ -254,9 +325,11 @@ void SeriesPainter::words(const Series& series) {
     const std::uint32_t rgb = cell == cells_.end() ? style_of(series.role).rgb
                               : is_dark(cell->rgb) ? kLightWords
                                                    : kDarkWords;
-    const auto [at, anchor, box] = beside(place, text_width(series.texts[i]));
-    canvas_.write(series.texts[i], at, {.anchor = anchor, .rgb = rgb});
-    words_.push_back(box);
+    const WordsPlace beside_it = beside(place, text_width(series.texts[i]));
+    if (const CanvasPath lead = lead_to(beside_it, place); !lead.empty())
+      canvas_.stroke({&lead, 1}, {.rgb = rgb, .width = 0.6});
+    canvas_.write(series.texts[i], beside_it.at, {.anchor = beside_it.anchor, .rgb = rgb});
+    words_.push_back(beside_it.box);
     has_painted_ = true;
   }
 }

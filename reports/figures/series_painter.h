@@ -15,6 +15,8 @@ class SeriesPainter {
   SeriesPainter(const PanelLayout& layout, Canvas& canvas)
       : layout_(layout), scale_(layout), canvas_(canvas) {}
 
+  /// Words will not stand on the markers of this panel, if there is room, and rather not on its bars.
+  void keep_clear(const Panel& panel);
   void paint(const Series& series);
   /// What stands for `series` in the legend: its line, marker or area.
   void paint_sample(const Series& series, const LegendEntry& entry);
@@ -44,16 +46,23 @@ class SeriesPainter {
     CanvasPoint at;
     TextAnchor anchor;
     CanvasBox box;
+    double cost = 0.0;  ///< more, the further from the point
   };
 
-  /// To the right of and above `point`; where other words stand there, in the nearest free corner.
+  /// Where words of this width may stand, the usual place first.
+  std::vector<WordsPlace> places_beside(CanvasPoint point, double width) const;
+  /// To the right of and above `point`; where other words stand there, in another corner or, led to by a
+  /// line, in the nearest free place around it.
   WordsPlace beside(CanvasPoint point, double width) const;
+  /// Nothing where the words are near enough.
+  static CanvasPath lead_to(const WordsPlace& place, CanvasPoint point);
 
   const PanelLayout& layout_;
   PanelScale scale_;
   Canvas& canvas_;
-  std::vector<Cell> cells_;       ///< painted so far
-  std::vector<CanvasBox> words_;  ///< painted so far
+  std::vector<Cell> cells_;                ///< painted so far
+  std::vector<CanvasBox> words_;           ///< painted so far
+  std::vector<CanvasBox> markers_, bars_;  ///< of all series, to be kept clear of words
   bool has_painted_ = false;
 };
 

@@ -195,7 +195,7 @@ namespace {
 /// A mean far above its bounds would leave nothing else to be seen on a linear axis, and means far below them
 /// are a line on zero.
 void show_divergence(Panel& panel, std::span<const StepTest> steps) {
-  constexpr double kFar = 50.0, kLowest = 1e-3;
+  constexpr double kFarAbove = 50.0, kFarBelow = 10.0, kLowest = 1e-3;
   double highest = 0.0, bound = 0.0, sum = 0.0, expected = 0.0, count = 0.0;
   double least = std::numeric_limits<double>::infinity(), lowest = least;
   for (const StepTest& step : steps) {
@@ -209,11 +209,12 @@ void show_divergence(Panel& panel, std::span<const StepTest> steps) {
     count += 1.0;
   }
   if (!(bound > 0.0 && std::isfinite(least))) return;
-  const bool below = sum > 0.0 && kFar * sum < expected;
-  if (!below && !(highest > kFar * bound)) return;
+  const bool below = sum > 0.0 && kFarBelow * sum < expected;
+  if (!below && !(highest > kFarAbove * bound)) return;
   panel.log_y = true;
-  panel.y_range = {below ? std::max(0.5 * lowest, kLowest * sum / count) : 0.1 * least,
-                   2.0 * std::max(highest, bound)};
+  const double low = below ? std::max(0.5 * lowest, kLowest * sum / count)
+                           : std::max(std::min(0.5 * lowest, 0.1 * least), kLowest * least);
+  panel.y_range = {low, 2.0 * std::max(highest, bound)};
 }
 
 /// Whether the dof goes up and down, so that lines would fill the panel; that of a map only grows.
@@ -289,6 +290,16 @@ void sort_worst_first(std::vector<TitledVerdict>& verdicts) {
 }
 
 }  // namespace
+
+void tell_cut_means(Figure& figure) {
+  const bool cut = std::ranges::any_of(figure.panels, [](const Panel& panel) {
+    return panel.log_y && panel.y_range && std::ranges::any_of(panel.series, [&](const Series& series) {
+             return series.role == ColourRole::estimate &&
+                    std::ranges::any_of(series.y, [&](double y) { return y < panel.y_range->low; });
+           });
+  });
+  if (cut) figure.caption += " Means below a logarithmic axis are cut off.";
+}
 
 std::vector<Panel> verdict_panels(std::vector<TitledVerdict> verdicts, const char* y_label, const char* what,
                                   std::string& caption) {
@@ -416,7 +427,7 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
                     "at {:g} % of single steps, and between the outer lines at all steps.",
                     over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence)};
   figure.panels.push_back(
-      verdict_panel("ANEES", "mean NEES", analysis.nees, figure_data(analysis.exact, &ExactMoments::nees)));
+      verdict_panel("NEES", "mean NEES", analysis.nees, figure_data(analysis.exact, &ExactMoments::nees)));
   if (analysis.judgement && analysis.judgement->sensors.size() > 1) {
     std::ranges::move(nis_panels(*analysis.judgement, figure.caption), std::back_inserter(figure.panels));
   } else {
@@ -441,6 +452,7 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
   }
   figure.panels.push_back(std::move(panel));
   leave_out_start(figure, true);
+  tell_cut_means(figure);
   arrange(figure);
   return figure;
 }
@@ -473,17 +485,22 @@ Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
           "Jacobians at the truth, and the posterior Cramér-Rao bound."};
   if (!a.bound) return figure;
   const StepTimes* const times = a.nees.times.get();
+  const auto add = [&figure](Panel panel) {
+    const bool shown = has_data(panel);
+    if (shown) figure.panels.push_back(std::move(panel));
+    return shown;
+  };
   for (const BoundCurve& curve : a.bound->blocks) {
     if (curve.block == "position" && !a.errors.position_m.empty()) {
-      figure.panels.push_back(accuracy_panel("Position", "error (m)", times, a.errors.position_m,
-                                             a.covariance.vehicle, curve, 1.0));
+      add(accuracy_panel("Position", "error (m)", times, a.errors.position_m, a.covariance.vehicle, curve,
+                         1.0));
     } else if ((curve.block == "heading" || curve.block == "attitude") && !a.errors.heading_rad.empty()) {
-      figure.panels.push_back(accuracy_panel(curve.block == "heading" ? "Heading" : "Attitude", "error (°)",
-                                             times, a.errors.heading_rad, a.covariance.heading, curve,
-                                             1.0 / kRadiansPerDegree));
+      add(accuracy_panel(curve.block == "heading" ? "Heading" : "Attitude", "error (°)", times,
+                         a.errors.heading_rad, a.covariance.heading, curve, 1.0 / kRadiansPerDegree));
     } else if (curve.block == "all landmarks" && !a.errors.landmark_m.empty()) {
-      figure.panels.push_back(accuracy_panel("Landmarks", "error (m)", times, a.errors.landmark_m,
-                                             a.covariance.landmark, curve, 1.0));
+      const bool shown = add(accuracy_panel("Landmarks", "error (m)", times, a.errors.landmark_m,
+                                            a.covariance.landmark, curve, 1.0));
+      if (!shown) continue;
       figure.caption +=
           " Errors and claims of landmarks are of those that a run has in its state; the bound begins where "
           "every run has all.";

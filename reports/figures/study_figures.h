@@ -32,7 +32,7 @@ inline constexpr std::size_t kStatePanels = 15, kBlockPanels = 6;
 Figure states_run_figure(const std::string& name, const RunTrace& trace,
                          std::span<const BlockVerdict> blocks = {}, const StepTimes* times = nullptr);
 
-/// ANEES and mean NIS over the steps, of several sensors each its own, with pointwise and simultaneous bounds
+/// Mean NEES and NIS over the steps, of several sensors each its own, with pointwise and simultaneous bounds
 /// and, for linear models, the exact curves; and the traces of P.
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
 
@@ -53,6 +53,9 @@ ErrorUnit error_unit(std::string_view unit);
 /// without `exact`.
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact);
+
+/// Adds to the caption where panels of verdicts have logarithmic axes that do not reach down to all means.
+void tell_cut_means(Figure& figure);
 
 /// A verdict that lives elsewhere, with the title of its panel.
 struct TitledVerdict {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/tuning/score_shape.h"
@@ -74,13 +75,14 @@ Figure tune_profile_figure(const ScoreModel& model, const Tuning& tuning, const 
                 .caption =
                     "The log likelihood of the innovations over each parameter, the others sought "
                     "again at every point. Where it lies above the line the data accept the value."};
-  const auto count = static_cast<int>(free.size());
-  figure.cols = std::min(count, 2);
-  figure.rows = (count + figure.cols - 1) / figure.cols;
-  for (const Index coordinate : free) {
+  const std::size_t shown = std::min(free.size(), kMostPanels);  // each takes its time
+  if (shown < free.size())
+    figure.caption += fmt::format(" Of {} parameters the first {} are shown.", free.size(), shown);
+  for (const Index coordinate : std::span(free).first(shown)) {
     figure.panels.push_back(
         profile_panel(model, tuning, axis_of(model, tuning, key_of, coordinate), coordinate));
   }
+  arrange(figure, 2);
   return figure;
 }
 

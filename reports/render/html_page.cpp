@@ -318,6 +318,8 @@ std::string head_html(const Document& document, const Provenance& from) {
   say("credence-answer", answer_text(document));
   say("credence-date", from.date);
   say("credence-command", from.command);
+  for (const auto& [name, text] : document.descriptions)
+    say(("credence-description " + escape_html(name)).c_str(), text);
   head += fmt::format("<title>{}</title>\n<style>{}</style>\n<script>{}</script>\n</head>\n",
                       escape_html(document.title), kPageStyle, kPageScript);
   return head;

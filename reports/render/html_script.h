@@ -68,6 +68,12 @@ document.addEventListener('DOMContentLoaded', () => {
 
   // ---- Tables: sorted by a column, filtered by words
   const plain = text => text.replace(/[\u2007\u2008]/g, '').replace(/\u2212/g, '-').trim();
+  // The number that is meant, as of "< 1e-12", "> 100 %", "25 ms" and "3 MB"; NaN for words.
+  const units = {ns: 1e-9, '\u00b5s': 1e-6, ms: 1e-3, min: 60, h: 3600, kB: 1e3, MB: 1e6, GB: 1e9};
+  const number = text => {
+    const [size, unit] = text.replace(/^[<>\u00d7\u00b1]\s*/, '').replace('\u221e', 'Infinity').split(/\s+/);
+    return parseFloat(size) * (units[unit] || 1);
+  };
   document.addEventListener('copy', event => {
     const text = String(getSelection());
     if (!/[\u2007\u2008\u2212]/.test(text)) return;
@@ -90,7 +96,7 @@ document.addEventListener('DOMContentLoaded', () => {
         th.setAttribute('aria-sort', up ? 'ascending' : 'descending');
         const sign = up ? 1 : -1;
         rows.slice().sort((a, b) => {
-          const s = key(a, i), t = key(b, i), x = parseFloat(s), y = parseFloat(t);
+          const s = key(a, i), t = key(b, i), x = number(s), y = number(t);
           if (isNaN(x) !== isNaN(y)) return isNaN(x) ? 1 : -1;
           return sign * (isNaN(x) ? s.localeCompare(t) : x - y);
         }).forEach(row => body.append(row));

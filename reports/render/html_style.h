@@ -28,6 +28,7 @@ inline constexpr std::string_view kPageStyle = R"css(
   figure svg [stroke="#6e6e6e"] { stroke: #b3b8be; } figure svg [fill="#6e6e6e"] { fill: #b3b8be; }
   figure svg [stroke="#666666"] { stroke: #8a9199; } figure svg [fill="#666666"] { fill: #a3abb5; }
   figure svg [stroke="#e6e6e6"] { stroke: #2c3138; }
+  figure svg [fill="#d9d9d9"] { fill: #757b82; }
 }
 * { box-sizing: border-box; }
 html { -webkit-text-size-adjust: 100%; scroll-behavior: smooth; scroll-padding-top: 1rem; }

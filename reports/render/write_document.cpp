@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "montecarlo/engine/result_store.h"
@@ -14,7 +16,7 @@
 namespace credence::internal {
 namespace {
 
-/// One for each figure of the document; empty for those without panels.
+/// One for each figure of the document; empty for those without data.
 std::vector<Drawing> draw_figures(const Document& document, const ReportFolder& directory) {
   std::vector<Figure> figures;
   std::vector<bool> shown;
@@ -22,13 +24,13 @@ std::vector<Drawing> draw_figures(const Document& document, const ReportFolder& 
     const auto* drawn = std::get_if<part::DrawnFigure>(&part);
     if (drawn == nullptr) continue;
     Figure figure = drawn->make();
-    shown.push_back(!figure.panels.empty());
+    shown.push_back(has_data(figure));
     if (shown.back()) figures.push_back(std::move(figure));
   }
   std::vector<Drawing> drawn, all;
   if (!figures.empty()) drawn = draw_all(figures, directory);
   auto next = drawn.begin();
-  for (const bool has_panels : shown) all.push_back(has_panels ? std::move(*next++) : Drawing{});
+  for (const bool is_drawn : shown) all.push_back(is_drawn ? std::move(*next++) : Drawing{});
   return all;
 }
 
@@ -59,8 +61,16 @@ void write_document(const Document& document, const ReportFolder& directory, con
   require_own_files(document, directory);
   for (const char* folder : {".", "figures", "figures/panels"}) remove_abandoned(directory / folder);
   const std::vector<Drawing> drawings = draw_figures(document, directory);
+  const std::string page = html_page(document, drawings, provenance, directory);
+  const std::filesystem::path target = directory / "index.html";
+  // The page last, so that an old one stays where a file cannot be written. But first where it does not lead
+  // to all files yet: after a kill, or on a full disk, those that are there would be no files of a report,
+  // and never replaced.
+  const bool leads = std::ranges::all_of(
+      document.files, [&](const DocumentFile& file) { return leads_to(target, file.name); });
+  if (!leads) write_file(target, page);
   for (const DocumentFile& file : document.files) file.write(directory / file.name);
-  write_file(directory / "index.html", html_page(document, drawings, provenance, directory));
+  if (leads) write_file(target, page);
 }
 
 }  // namespace credence::internal

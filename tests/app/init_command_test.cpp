@@ -44,6 +44,10 @@ TEST_F(InitCommand, ANameIsOneOfAFileATargetAndAModule) {
     EXPECT_THAT(refused.err, HasSubstr("a name has letters, digits and _, and begins with a letter"));
   }
   EXPECT_EQ(run({"init", "_a9", "--python"}).code, 0);
+  EXPECT_EQ(run({"init", "numpy", "--python"}).err,
+            "credence: init numpy: numpy.py would be imported in the place of the module numpy; choose "
+            "another name\n");
+  EXPECT_FALSE(fs::exists(folder_ / "numpy.py"));
 }
 
 TEST_F(InitCommand, AMisspelledKindIsProposed) {

@@ -55,7 +55,7 @@ TEST_F(PlanCommand, AnInterruptionIsHeardAndSaid) {
   EXPECT_EQ(f.out, "");
   EXPECT_EQ(f.err,
             "\ncredence: ending with what is done; once more ends at once\n"
-            "credence: plan interrupted, nothing is planned\n");
+            "credence: plan interrupted; nothing is kept of what is not done\n");
 }
 
 TEST_F(PlanCommand, OfALinearWorldItIsMadeToo) {

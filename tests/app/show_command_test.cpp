@@ -118,6 +118,23 @@ TEST_F(ShowCommand, RunsBehindMissingOnesAreCountedAndSaidNotToBeJudged) {
       << "those of more runs are not of this study";
 }
 
+TEST_F(ShowCommand, ReportKeepsWhatTheAuthorOfTheScenarioSays) {
+  write("a.toml", std::string("# Two \"beacons\" & a robot.\n") + kMonobot);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
+  const auto paragraphs = [&] {
+    const std::string page = read("out/index.html");
+    std::size_t found = 0;
+    for (std::size_t at = page.find("<p>Two "); at != std::string::npos; at = page.find("<p>Two ", at + 1))
+      ++found;
+    return found;
+  };
+  EXPECT_EQ(paragraphs(), 1U);
+  for (int again = 0; again < 2; ++again) {
+    ASSERT_EQ(run({"report", "out", "--quiet"}).code, 0);
+    EXPECT_EQ(paragraphs(), 1U) << again;
+  }
+}
+
 TEST_F(ShowCommand, ReportMakesThePagesOfRunAgain) {
   write("a.toml", kMonobot);
   ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);

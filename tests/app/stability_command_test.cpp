@@ -146,7 +146,7 @@ TEST_F(StabilityCommand, AnInterruptionIsHeardAndSaid) {
     EXPECT_EQ(f.out, "");
     EXPECT_EQ(f.err,
               "\ncredence: ending with what is done; once more ends at once\n"
-              "credence: stability interrupted, nothing is reported\n");
+              "credence: stability interrupted; nothing is kept of what is not done\n");
   }
 }
 

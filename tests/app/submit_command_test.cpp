@@ -98,6 +98,23 @@ TEST_F(SubmitCommand, ATaskThatIsToldToEndIsQueuedAgain) {
   EXPECT_EQ(read("requeued"), "requeue 7\n");
 }
 
+TEST_F(SubmitCommand, ATimeThatSbatchDoesNotTakeIsRefused) {
+  write("s.toml", kSubmittedSweep);
+  for (const char* time : {"abc", "0:0:0", "-1", "1:2:3:4", "10\n#SBATCH --x"}) {
+    const Finished f =
+        run({"submit", "s.toml", "--slurm", "--tasks", "3", "--out", "job", std::string("--time=") + time});
+    EXPECT_EQ(f.code, 2) << time;
+    EXPECT_NE(f.err.find("expected a time as sbatch takes it"), std::string::npos) << f.err;
+  }
+  for (const char* time : {"30", "45:00", "1-12", "1-12:00:00"}) {
+    EXPECT_EQ(
+        run({"submit", "s.toml", "--slurm", "--tasks", "3", "--out", "job", std::string("--time=") + time})
+            .code,
+        0)
+        << time;
+  }
+}
+
 TEST_F(SubmitCommand, WhatCannotBeDividedIsRefused) {
   write("s.toml", kSubmittedSweep);
   const auto refused = [&](std::vector<std::string> more) {

@@ -125,7 +125,7 @@ TEST_F(TuneScenarioFile, AnInterruptionKeepsNothing) {
   const Finished f = finish(child);
   EXPECT_EQ(f.code, 130);
   EXPECT_EQ(f.out, "");
-  EXPECT_NE(f.err.find("credence: interrupted; nothing is kept of a tuning that is not done\n"),
+  EXPECT_NE(f.err.find("credence: tune interrupted; nothing is kept of what is not done\n"),
             std::string::npos)
       << f.err;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "tuned.toml"));

@@ -5,6 +5,7 @@ CREDENCE_AXE the pages are held against its rules of accessibility as well.
 """
 
 import csv
+import json
 import os
 import pathlib
 import shutil
@@ -230,6 +231,24 @@ class Pages(unittest.TestCase):
         rising = self.browser.run(values)
         self.assertEqual(rising, sorted(rising))
         self.assertEqual(self.browser.run(values), sorted(rising, reverse=True))
+
+    def test_a_column_is_sorted_by_the_numbers_that_are_meant(self):
+        self.browser.view(1280)
+        self.browser.open(self.pages["sweep"])
+        for texts in (["< 1e−12", "3.39e−6", "0.00896", "0.5"], ["90 ns", "25 µs", "1.2 ms", "3 s", "2.0 min"],
+                      ["−∞", "−1.5e2", "−0.04", "7", "∞"], ["512 B", "12 kB", "3 MB", "1 GB"],
+                      ["× 2.25", "× 23.1"], ["11.4 %", "> 100 %"], ["1.02 (0.98 … 1.06)", "4.495 of 3.000"]):
+            shown = self.browser.run("""(texts => {
+              const table = document.querySelector('.table table'), rows = [...table.tBodies[0].rows];
+              const th = [...table.querySelectorAll('th')].find(t => t.textContent === 'failed');
+              const at = row => row.cells[th.cellIndex];
+              th.removeAttribute('aria-sort');
+              rows.forEach((row, i) => { at(row).textContent = i < texts.length ? texts[i] : '–'; });
+              th.querySelector('button').click();
+              return [...table.tBodies[0].rows].map(row => at(row).textContent);
+            })(%s)""" % json.dumps(texts[::-1]))
+            self.assertEqual(shown[:len(texts)], texts)
+            self.assertEqual(set(shown[len(texts):]), {"–"})
 
     def test_what_scrolls_can_be_reached_and_everything_has_a_name(self):
         script = """(() => {

@@ -26,6 +26,14 @@ TEST(NumberText, CarriesIntoTheNextDecade) {
   EXPECT_EQ(number_text(9999999.9, 3), "1.00e7");
 }
 
+TEST(NumberText, ShortHasNoZerosBehindAndTheSameMinus) {
+  EXPECT_EQ(short_text(0.25), "0.25");
+  EXPECT_EQ(short_text(4.0), "4");
+  EXPECT_EQ(short_text(1e-9), "1e−9");
+  EXPECT_EQ(short_text(-2.5e7), "−2.5e7");
+  EXPECT_EQ(short_text(-std::numeric_limits<double>::infinity()), "−∞");
+}
+
 TEST(NumberText, FixedHasNoSignOfZero) {
   EXPECT_EQ(fixed_text(1.005e3, 2), "1005.00");
   EXPECT_EQ(fixed_text(-0.046, 2), "−0.05");

@@ -292,6 +292,8 @@ def test_angles_are_wrapped_and_blocks_are_named():
 def units_taken(result):
     """The document without its units, and these."""
     document = result.to_dict()
+    for joined in document["word"]["joined"]:  # "v where its σ is 0.316 to 0.562 rad/s"
+        joined["name"] = re.sub(r"(where its σ is \S+ to \S+) rad/s$", r"\1", joined["name"])
     return [row.pop("unit") for row in document["battery"]["accuracy"]], document
 
 
@@ -514,6 +516,13 @@ def test_a_run_that_is_there_twice_is_refused():
     credence.check(np.round(error[:, :4], 0), P[:, :4])
     error[:, :3] = 0.0
     credence.check(error, P)
+
+
+def test_a_rounded_copy_is_named_by_its_run():
+    error, P, _, _ = play(runs=6, steps=200)
+    error[4] = error[1].astype(np.float32)
+    (remark,) = credence.check(error, P).remarks
+    assert remark.startswith("run 4 has, in all rows that were looked at of the 200 it shares, the errors of run 1,")
 
 
 def test_a_run_that_was_cut_off_is_there_twice():

@@ -49,6 +49,43 @@ def test_the_bits_do_not_depend_on_processes():
     assert credence.study(World(), Optimistic, workers=2, **batches).to_dict() == one.to_dict()
 
 
+class _ViewedWorld(World):
+    """Measures by a view of the truth, which is exact, and has a minus() of its own."""
+
+    def measure(self, x, k, noise):
+        return x[..., :1]
+
+    def minus(self, estimate, truth):
+        return estimate - truth
+
+
+def test_what_is_handed_over_may_be_changed():
+    class InPlace(_ViewedWorld):
+        def minus(self, estimate, truth):
+            estimate -= truth
+            truth *= 0.0
+            return estimate
+
+    class Consuming(Filter):
+        def update(self, z):
+            super().update(z)
+            z *= 0.0
+
+    expected = credence.study(_ViewedWorld(), Filter, **STUDY).mean_nees
+    np.testing.assert_array_equal(credence.study(InPlace(), Consuming, **STUDY).mean_nees, expected)
+
+
+def test_what_a_property_throws_is_not_taken_for_its_absence():
+    class Mistyped(Filter):
+        innovation = property(lambda self: self._nu)
+
+        def update(self, z):
+            pass
+
+    with pytest.raises(credence.PlugError, match="every run fails, the first at step 1: AttributeError: .*_nu"):
+        credence.study(World(), Mistyped, **STUDY)
+
+
 def test_batches_and_single_runs_agree():
     batched = credence.study(World(), Optimistic, **STUDY)
     single = credence.study(World(), Optimistic, batch=False, **STUDY)

@@ -58,8 +58,9 @@ struct CauseFound {
 };
 
 /// The causes that the findings point to, the most specific first, by the rules of cause_rules.h in their
-/// order; empty for a consistent filter but for chance. A hint: signatures that are tests of their own have
-/// the false-alarm rate (1 − confidence)/17 each.
+/// order; empty for a consistent filter but for chance. A hint: signatures that are tests of their own are at
+/// the level (1 − confidence)/17 each, and most are looked at where the word rejects alone. How often a right
+/// filter has a cause at all is measured: statistics, "Which cause".
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence::internal

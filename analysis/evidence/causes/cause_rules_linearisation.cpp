@@ -27,8 +27,9 @@ Causes find_linearisation(const Findings& findings) {
   const std::string why = fmt::format(
       "mean NEES is {} of {} while {} (mean NIS {} of {}){}", number_text(findings.nees.mean, 3),
       number_text(findings.nees.expected, 3),
-      moved ? fmt::format("NIS is {} times the expected one", number_text(1.0 + excess_of(findings.nis), 3))
-            : "the innovations are as they should be",
+      findings.nis.verdict == Verdict::consistent
+          ? "the innovations are as they should be"
+          : fmt::format("NIS is {} times the expected one", number_text(1.0 + excess_of(findings.nis), 3)),
       number_text(findings.nis.mean), number_text(findings.nis.expected), untested_correlation(findings));
   // With P too small (Σ ⪰ P) and the right F and Q NEES cannot grow in P⁻ = F P Fᵀ + Q, as tr (P⁻)⁻¹ F (Σ −
   // P) Fᵀ ≤ tr P⁻¹ (Σ − P), nor in the others with the right H and R.

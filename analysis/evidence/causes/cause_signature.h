@@ -31,8 +31,7 @@ inline constexpr double kMostly = 0.8;
 /// 1 − confidence.
 double alpha_of(const Findings& findings);
 
-/// The false-alarm rate of each signature that is a test: (1 − confidence)/17, as there are so many of them
-/// and every cause is looked for.
+/// The false-alarm rate of each signature that is a test, (1 − confidence)/17, as several are looked for.
 double cause_level(const Findings& findings);
 
 /// The quantile of N(0, 1) that z exceeds at cause_level/tests: |z| for two tests.

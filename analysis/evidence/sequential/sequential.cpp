@@ -51,13 +51,19 @@ Verdict direction(std::span<const Moments> per_step, std::span<const double> dof
   return excess > 0.0 ? Verdict::optimistic : Verdict::pessimistic;
 }
 
-// The verdict of the fixed-sample tests at the last look, NEES and NIS sharing `alpha`.
-Verdict last_look(const StudyPrefix& prefix, double alpha) {
+struct LastLook {
+  Verdict verdict = Verdict::undecided;
+  double p_value = kNaN;  ///< of NEES and NIS together
+};
+
+/// By the fixed-sample tests, NEES and NIS sharing `alpha`.
+LastLook last_look(const StudyPrefix& prefix, double alpha) {
   const double share = prefix.nis.empty() ? 1.0 : 0.5;
-  const Verdict nees = judge_nees(prefix.nees, prefix.nees_dof, 1.0 - share * alpha, prefix.runs).verdict;
-  if (prefix.nis.empty() || is_inconsistent(nees)) return nees;
-  const Verdict nis = judge_nis(prefix.nis, prefix.nis_dof, 1.0 - share * alpha).verdict;
-  return nis == Verdict::undecided ? nees : nis;
+  const ConsistencyVerdict nees = judge_nees(prefix.nees, prefix.nees_dof, 1.0 - share * alpha, prefix.runs);
+  if (prefix.nis.empty()) return {nees.verdict, nees.p_value};
+  const ConsistencyVerdict nis = judge_nis(prefix.nis, prefix.nis_dof, 1.0 - share * alpha);
+  const bool of_nees = is_inconsistent(nees.verdict) || nis.verdict == Verdict::undecided;
+  return {of_nees ? nees.verdict : nis.verdict, std::fmin(nees.p_value, nis.p_value) / share};
 }
 
 void stop(StopDecision& decision, std::string_view reason, Verdict verdict) {
@@ -119,21 +125,25 @@ StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
 
   StopDecision decision;
   decision.log_e_value = log_mean(log_nees, log_nis);
-  decision.p_value = std::isnan(decision.log_e_value) ? decision.log_e_value
-                                                      : std::min(1.0, std::exp(-decision.log_e_value));
+  // Half of α at any look, half at the last.
+  const auto of_half = [](double p_value) {
+    return std::isnan(p_value) ? p_value : std::min(1.0, 2.0 * p_value);
+  };
+  decision.p_value = of_half(std::exp(-decision.log_e_value));
   decision.mean_nees = mean_nees_of(prefix, rule.confidence);
   const bool by_scale = rule.consistent_within > 0.0;
   const auto scale = [&] { return scale_confidence_sequence(prefix.nees, prefix.nees_dof, rule.confidence); };
   if (by_scale) decision.scale = scale();
 
-  // Half of α at any look, half at the last.
-  if (rule.on_verdict && decision.p_value <= 0.5 * alpha) {
+  if (rule.on_verdict && decision.p_value <= alpha) {
     stop(decision, "verdict",
          log_nees >= log_nis ? direction_of_nees(prefix) : direction(prefix.nis, prefix.nis_dof));
   } else if (by_scale && scale_is_within(decision.scale, rule.consistent_within)) {
     stop(decision, "verdict", Verdict::consistent);
   } else if (prefix.last) {
-    stop(decision, "max_runs", last_look(prefix, 0.5 * alpha));
+    const LastLook last = last_look(prefix, 0.5 * alpha);
+    stop(decision, "max_runs", last.verdict);
+    decision.p_value = std::fmin(decision.p_value, of_half(last.p_value));
   } else if (precise(rule, decision.mean_nees)) {
     stop(decision, "precision", Verdict::undecided);
   }

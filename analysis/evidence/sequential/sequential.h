@@ -48,9 +48,11 @@ struct StopDecision {
   std::string_view reason = {};          ///< "verdict", "precision", "max_runs" or empty
   Verdict verdict = Verdict::undecided;  ///< undecided: more runs may tell; after "precision" always
   double log_e_value = 0.0;              ///< of the whole study, ln of ½ (E_nees + E_nis)
-  double p_value = 1.0;                  ///< anytime-valid: min(1, 1/E)
-  ChiSquareBounds scale;                 ///< confidence sequence of the factor on P, from NEES; on a stop
-  MeanInterval mean_nees;                ///< over the runs, at `confidence`
+  /// Valid at any look: twice the smaller of 1/E and, at the last look, that of the fixed-sample tests. A
+  /// rule by verdict ends with optimistic or pessimistic iff it is at most 1 − confidence.
+  double p_value = 1.0;
+  ChiSquareBounds scale;   ///< confidence sequence of the factor on P, from NEES; on a stop
+  MeanInterval mean_nees;  ///< over the runs, at `confidence`
 };
 
 /// Looks at a prefix. Precision is relative to the measured mean, and not absolute: the moment of stopping

@@ -84,6 +84,8 @@ struct CoverageSums {
 ///
 /// Of a sensor with NIS alone u is the one number Φ⁻¹(F(NIS)) less its mean over the run: white as long as
 /// the NIS are independent and of one law, be the scale of S right or wrong; nothing is known of the mean.
+/// What that takes off every product, the variance over the number of values, is added again, as over many
+/// runs it would add up.
 struct SensorSums {
   static constexpr Index kLargestWhitened = 12;  ///< a larger piece is looked at by one number, Σ u_i/√m
   static constexpr double kFarTail = 0.9999;     ///< NIS beyond this quantile of its law counts as an outlier

@@ -62,18 +62,21 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
   close_runs();
   if (sums_.study.runs == kChunkRuns) full_.push_back(take());
   const auto size = static_cast<std::size_t>(count);
-  runs_.assign(size, {});
+  runs_.resize(size);
   places_.resize(size);
   const bool few = few_ && sums_.study.runs + count <= StretchSums::kMostRuns;
   for (OpenRun& run : runs_) {
+    std::vector<RunInnovations> innovations = std::move(run.innovations);  // they keep their memory
+    run = {};
     run.open = true;
     run.law.few = run.law.averaged.by_group = few;
     run.first = sums_.study.runs++ == 0;
-    run.squared_error.resize(layout_.blocks.size());
-    run.claimed.resize(layout_.blocks.size());
+    run.squares.resize(layout_.blocks.size());
     run.blocks.resize(layout_.blocks.size());
     if (few) run.block_nees.resize(layout_.blocks.size());
-    run.innovations.resize(layout_.sensors.size());
+    for (RunInnovations& of_sensor : innovations) of_sensor.begin_run();
+    innovations.resize(layout_.sensors.size());
+    run.innovations = std::move(innovations);
   }
 }
 
@@ -166,7 +169,7 @@ void EvidenceRecorder::add_traces(const StepPlaces& at, const NormalisedStep& st
     const std::vector<Index>& places = at.of_block[b];
     const Part part = layout_.blocks[b].part;
     if (part == Part::other || part == Part::pose || part == Part::landmark) continue;
-    const auto [trace, squared] = squares_[b];
+    const double trace = squares_[b].claimed, squared = squares_[b].error;
     if (part == Part::map) {
       s[Quantity::trace_landmarks].add(trace);
       if (places.empty()) continue;
@@ -207,8 +210,10 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     const double share = block.part == Part::map
                              ? static_cast<double>(layout_.landmark_dim) / static_cast<double>(at.size())
                              : 1.0;
-    run.squared_error[b].add(share * squares_[b].error);
-    run.claimed[b].add(share * squares_[b].claimed);
+    BlockSquares& of_run = run.squares[b];
+    of_run.error += share * squares_[b].error;
+    of_run.claimed += share * squares_[b].claimed;
+    ++of_run.steps;
   }
   if (whole.dof <= 0) return;
   const double per_dof = whole.value / static_cast<double>(whole.dof);
@@ -272,9 +277,10 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
   const Index all = std::ssize(layout_.states);
-  const bool complete = whole.dof == all && step.P.rows() == all, averaged = averaged_.empty() && complete;
+  const bool whole_state = whole.dof == all, complete = whole_state && step.P.rows() == all;
+  const bool averaged = averaged_.empty() && complete;
   if (run.law.few && !averaged) add_large(run.law, step);
-  if (run.law.few && complete) run.law.samples.add(step.error, step.variance);
+  if (run.law.few && whole_state) run.law.samples.add(step.error, step.variance);
   if (run.law.few && lead_ >= 0 && step.lead.error.size() > 0) {
     variance_ = step.lead.P.diagonal();
     run.law.lead_samples.add(step.lead.error, variance_);
@@ -425,10 +431,12 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   runs.nees.push_back(std::move(run.nees));
   runs.add_samples(samples);
   for (std::size_t b = 0; b < run.blocks.size(); ++b) {
-    if (run.squared_error[b].count == 0) continue;
+    const BlockSquares& of_run = run.squares[b];
+    if (of_run.steps == 0) continue;
+    const auto steps = static_cast<double>(of_run.steps);
     BlockSums& sums = sums_of_block(b);
-    sums.squared_error.add(run.squared_error[b].mean);
-    sums.claimed.add(run.claimed[b].mean);
+    sums.squared_error.add(of_run.error / steps);
+    sums.claimed.add(of_run.claimed / steps);
     run.blocks[b].add_to(sums.runs);
     if (!run.block_nees.empty() && run.blocks[b].dof > 0.0) sums.few.push_back(std::move(run.block_nees[b]));
   }

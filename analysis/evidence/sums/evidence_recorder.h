@@ -60,6 +60,12 @@ class EvidenceRecorder {
     double sine = kNaN, cosine = kNaN;  ///< of the heading of a pose with a map; NaN: not yet known
   };
 
+  /// Of a block, summed over steps.
+  struct BlockSquares {
+    double claimed = 0.0, error = 0.0;  ///< the trace of its P, and its |e|²
+    std::int64_t steps = 0;
+  };
+
   struct OpenRun {
     bool open = false, first = false;
     double log_determinant = kNaN, change = kNaN;  ///< of P at the last step, and over it
@@ -68,10 +74,10 @@ class EvidenceRecorder {
     Moments values{};           ///< of NEES
     RunSum whole{}, vehicle{};  ///< of NEES
     std::vector<RunSum> blocks{};
-    std::vector<CoarseSeries> block_nees{};           ///< NEES / dof of each block, of few runs
-    std::vector<Moments> squared_error{}, claimed{};  ///< of each block
-    std::vector<RunInnovations> innovations{};        ///< of each sensor of the layout
-    BlockError last{}, last_state{};                  ///< of the block that leads, and of the whole state
+    std::vector<CoarseSeries> block_nees{};     ///< NEES / dof of each block, of few runs
+    std::vector<BlockSquares> squares{};        ///< of each block, over its steps
+    std::vector<RunInnovations> innovations{};  ///< of each sensor of the layout
+    BlockError last{}, last_state{};            ///< of the block that leads, and of the whole state
     RunLaw law{};
     RunLateness lateness{};
     std::vector<Index> way_states{};  ///< of the estimates of the way
@@ -81,11 +87,6 @@ class EvidenceRecorder {
     std::int64_t rows = 0;                                    ///< that were not rejected
     std::map<Index, WholeTurns> turns{};                      ///< by the state, of the layout
     std::vector<std::vector<WholeTurns>> innovation_turns{};  ///< of each sensor of the layout
-  };
-
-  /// Of a block at a step.
-  struct BlockSquares {
-    double claimed = 0.0, error = 0.0;  ///< the trace of its P, and its |e|²
   };
 
   void list_blocks();  ///< in the order of the layout, seen or not

@@ -75,6 +75,14 @@ std::span<const double> RunInnovations::at(std::size_t k) const {
   return std::span(values_).subspan(begins_[k], end - begins_[k]);
 }
 
+void RunInnovations::begin_run() {
+  nis_.clear();
+  values_.clear();
+  squares_.clear();
+  begins_.clear();
+  pieces_ = true;
+}
+
 void RunInnovations::add(const Sensor& sensor, const NormalisedInnovation& value, double change,
                          double before) {
   pieces_ = pieces_ && !sensor.nis_alone && sensor.piece <= SensorSums::kLargestWhitened && value.complete &&
@@ -191,7 +199,14 @@ void RunInnovations::add_scalars(const Sensor& sensor, const Settled& settled, S
     mean.add(value[0]);
     sums.scalar_values.add(value);
   }
-  sums.scalar_lags.add_run(series);
+  if (sensor.nis_alone && mean.count > 1) {
+    LongLags of_run(1);
+    of_run.add_run(series);
+    sums.scalar_lags.merge(
+        of_run.plus(Matrix::Constant(1, 1, mean.variance() / static_cast<double>(mean.count))));
+  } else {
+    sums.scalar_lags.add_run(series);
+  }
   if (mean.count > 0) sums.scalar_run_means.add(Vector::Constant(1, mean.mean));
 }
 

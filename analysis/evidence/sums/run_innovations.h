@@ -15,6 +15,8 @@ namespace credence::internal {
 /// are white, of their law, and cut by a gate can only then be seen.
 class RunInnovations {
  public:
+  /// Another run, which has no step yet.
+  void begin_run();
   /// The next step, which has an innovation or none.
   void begin_step() { begins_.push_back(values_.size()); }
   /// That of the step. change: of log det P over the step, from `before`; NaN where not known.

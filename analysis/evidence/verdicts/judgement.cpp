@@ -216,12 +216,23 @@ ConsistencyVerdict judge_without_outliers(const Evidence& e, double memory, doub
   return single.nees;
 }
 
-void judge_sensitivity(const Evidence& e, double memory, Judgement& j) {
+/// Of several sensors the sum alone, by a bound that is blind to what single ones reject.
+ConsistencyVerdict judge_nis_without_outliers(const Evidence& e, double confidence) {
   const StepSeries nis = series_of(e.clean_nis, e.study.steps.size());
-  j.sensitivity = SensitivityJudgement{.nees_outliers = e.nees_outliers,
-                                       .nis_outliers = e.nis_outliers,
-                                       .nees = judge_without_outliers(e, memory, j.confidence),
-                                       .nis = judge_all_sensors(e, nis, j.confidence)};
+  ConsistencyVerdict v = judge_all_sensors(e, nis, confidence);
+  if (e.sensors.size() > 1 && v.verdict == Verdict::consistent) {
+    v.verdict = Verdict::undecided;
+    v.reason = "without outliers the sum over the sensors alone is known";
+  }
+  return v;
+}
+
+void judge_sensitivity(const Evidence& e, double memory, Judgement& j) {
+  j.sensitivity = SensitivityJudgement{
+      .nees_outliers = e.nees_outliers,
+      .nis_outliers = e.nis_outliers,
+      .nees = e.nees_outliers == 0 ? j.nees : judge_without_outliers(e, memory, j.confidence),
+      .nis = e.nis_outliers == 0 ? j.nis : judge_nis_without_outliers(e, j.confidence)};
 }
 
 /// Which steps of the runs the steps judged are.

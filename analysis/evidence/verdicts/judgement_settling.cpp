@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "analysis/evidence/causes/advice.h"
@@ -63,6 +64,13 @@ SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& de
     result.runs = static_cast<std::int64_t>(std::ceil(std::min(runs * ratio * ratio, 1e15)));
   }
   return result;
+}
+
+/// "; about 5 runs like it would tell whether the factor 0.747 seen is real", behind why one run does not.
+std::string told_by_runs(const SettlingRuns& settling) {
+  if (settling.runs == 0) return {};
+  return fmt::format("; about {} runs like it would tell whether the factor {} seen is real", settling.runs,
+                     number_text(settling.observed_factor, 3));
 }
 
 /// Of a run that is long enough by its NEES, whose errors stay, last or oscillate all the same.
@@ -135,22 +143,29 @@ void leave_open(const Evidence& e, Judgement& j) {
                            : stretches.oscillate(effective)
                                ? "that oscillates and is not forgotten in a tenth of the"
                                : "of which a part stays over all";
-  const std::size_t rows = e.first_run.size();
-  v.reason = stands ? fmt::format("in one run an error {} {} rows cannot be told from a wrong P", kind, rows)
-             : rows == 1 ? "one row is too few to decide"
-                         : fmt::format("one run of {} rows is worth {} independent ones, too few to decide",
-                                       rows, number_text(j.effective_steps, 3));
+  const auto all_rows = static_cast<std::int64_t>(e.first_run.size());
+  const auto reason = [&](std::int64_t rows, double worth) {
+    if (stands)
+      return fmt::format("in one run an error {} {} rows cannot be told from a wrong P", kind, all_rows);
+    if (rows == 1) return std::string("one row is too few to decide");
+    return fmt::format("one run of {} rows is worth {} independent ones, too few to decide", rows,
+                       number_text(worth, 3));
+  };
+  v.reason = reason(all_rows, j.effective_steps);
   const double needed = j.single->rows_needed;
-  if (!stands && needed > static_cast<double>(rows))
+  if (!stands && needed > static_cast<double>(all_rows))
     v.reason += fmt::format(": its test takes some {:.0f} rows", needed);
-  if (j.settle_nees.runs > 0) {
-    v.reason += fmt::format("; about {} runs like it would tell whether the factor {} seen is real",
-                            j.settle_nees.runs, number_text(j.settle_nees.observed_factor, 3));
-  }
+  v.reason += told_by_runs(j.settle_nees);
   for (BlockVerdict& block : j.blocks) {
-    if (block.verdict.verdict != Verdict::consistent) continue;
-    block.verdict.verdict = Verdict::undecided;
-    block.verdict.reason = v.reason;
+    ConsistencyVerdict& of_block = block.verdict;
+    if (of_block.verdict != Verdict::consistent) continue;
+    // Errors of a block that is there for a part of the run are taken to last as long as those of the whole.
+    const std::int64_t rows = std::min(all_rows, of_block.count * of_block.step_stride);
+    const double worth =
+        std::max(1.0, j.effective_steps * static_cast<double>(rows) / static_cast<double>(all_rows));
+    const SettlingRuns settling = settle(of_block, false, worth);
+    of_block.verdict = Verdict::undecided;
+    of_block.reason = reason(rows, worth) + told_by_runs(settling);
   }
 }
 

@@ -112,15 +112,28 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
                                 number_text(factor(-1), 3), shape.step)));
 }
 
+/// The share over all steps, which may be as expected, and where it is not the step that decided.
+std::string coverage_says(const Judgement& j, const CoverageVerdict& c) {
+  const double share = static_cast<double>(c.pooled.inside) / static_cast<double>(c.pooled.total);
+  std::string says =
+      fmt::format("{} % inside, {} % expected", number_text(100.0 * share), number_text(100.0 * c.expected));
+  if (c.p_value > 1.0 - j.confidence || c.worst_step < 0) return says;
+  const CoverageStep& step = c.steps[static_cast<std::size_t>(c.worst_step)];
+  ConsistencyVerdict steps;
+  steps.step_stride = j.step_stride;
+  steps.times = j.nees.times;
+  return says + fmt::format("; what decided is {}, with {} of {} inside and {} % expected",
+                            steps.text_of({.first = c.worst_step + 1, .last = c.worst_step + 1, .count = 1}),
+                            step.count.inside, counted(step.count.total, "run"),
+                            number_text(100.0 * step.expected));
+}
+
 void list_errors(const Evidence& e, const Judgement& j, std::vector<NamedTest>& tests) {
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     const CoverageVerdict& c = j.coverage[i];
     if (c.tests == 0) continue;
-    const double share = static_cast<double>(c.pooled.inside) / static_cast<double>(c.pooled.total);
     tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), Exactness::conservative,
-                     c.p_value, kNaN,
-                     fmt::format("{} % inside, {} % expected", number_text(100.0 * share),
-                                 number_text(100.0 * c.expected))});
+                     c.p_value, kNaN, coverage_says(j, c)});
   }
   tests.push_back(reasoned_test(
       e.layout.blocks.empty() ? "credibility of P" : "credibility of P in " + e.layout.blocks.front().name,

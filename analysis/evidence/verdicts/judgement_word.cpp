@@ -260,8 +260,10 @@ void leave_failed_open(const StudyStatistics& all, Judgement& j) {
   if (is_unsafe(j.word.verdict)) return;
   const auto failed = std::ssize(all.failures);
   if (static_cast<double>(failed) <= kMostLost * static_cast<double>(all.runs)) return;
-  leave_word_open(fmt::format("{} of {} runs failed{}", failed, all.runs,
-                              failed < all.runs ? ", and the others do not speak for them" : ""),
+  leave_word_open(all.runs == 1
+                      ? "the only run failed"
+                      : fmt::format("{} of {} runs failed{}", failed, all.runs,
+                                    failed < all.runs ? ", and the others do not speak for them" : ""),
                   j);
 }
 

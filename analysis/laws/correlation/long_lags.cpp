@@ -40,8 +40,8 @@ void LongLags::merge(const LongLags& other) {
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].merge(other.levels_[i]);
 }
 
-LongLags LongLags::about(const Vector& mean) const {
-  return LongLags(Levels{levels_[0].about(mean), levels_[1].about(mean), levels_[2].about(mean)});
+LongLags LongLags::plus(const Matrix& of_each) const {
+  return LongLags(Levels{levels_[0].plus(of_each), levels_[1].plus(of_each), levels_[2].plus(of_each)});
 }
 
 }  // namespace credence::internal

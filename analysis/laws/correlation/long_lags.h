@@ -25,7 +25,8 @@ class LongLags {
   /// As those of LagProducts.
   void add_run(const LagSeries& run);
   void merge(const LongLags& other);
-  LongLags about(const Vector& mean) const;
+  LongLags about(const Vector& mean) const { return plus(-mean * mean.transpose()); }
+  LongLags plus(const Matrix& of_each) const;
 
   Index dim() const { return levels_[0].dim(); }
   const LagProducts& of_values() const { return levels_[0]; }

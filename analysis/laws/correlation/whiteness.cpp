@@ -173,10 +173,10 @@ void LagProducts::merge(const LagProducts& other) {
   invalid_ += other.invalid_;
 }
 
-LagProducts LagProducts::about(const Vector& mean) const {
+LagProducts LagProducts::plus(const Matrix& of_each) const {
   std::vector<Matrix> products;
   for (Index h = 0; h <= lags(); ++h)
-    products.emplace_back(product(h) - static_cast<double>(pairs(h)) * mean * mean.transpose());
+    products.emplace_back(product(h) + static_cast<double>(pairs(h)) * of_each);
   return {products, pairs_, invalid_};
 }
 

@@ -69,7 +69,9 @@ class LagProducts {
   void merge(const LagProducts& other);
 
   /// The sums of the products about this mean, which all values have.
-  LagProducts about(const Vector& mean) const;
+  LagProducts about(const Vector& mean) const { return plus(-mean * mean.transpose()); }
+  /// Each product larger by this.
+  LagProducts plus(const Matrix& of_each) const;
 
   Index dim() const { return dim_; }
   Index lags() const { return std::ssize(pairs_) - 1; }

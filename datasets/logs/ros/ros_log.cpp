@@ -146,10 +146,11 @@ class PoseStream {
 /// Appends truths to a trajectory; places on the earth become east, north and up of the first one.
 class TruthBuilder {
  public:
-  /// Throws std::invalid_argument for messages of a second type, whose poses may say other things.
+  /// The type of the messages so far; null before the first.
+  const RosPoseType* type() const { return type_; }
+
+  /// Messages of one type; the poses of a second one may say other things.
   void add(const RosPoseType& type, const RosPose& pose, std::int64_t message) {
-    if (type_ != nullptr && type_ != &type)
-      throw std::invalid_argument(fmt::format("messages of two types, {} and {}", type_->type, type.type));
     type_ = &type;
     if (trajectory_.time_s.empty()) {
       trajectory_.has_orientation = type.has_orientation;
@@ -181,7 +182,7 @@ class TruthBuilder {
   }
 
  private:
-  const RosPoseType* type_ = nullptr;  ///< of the messages so far
+  const RosPoseType* type_ = nullptr;
   Trajectory trajectory_;
   CovarianceSentinels sentinels_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
@@ -247,12 +248,11 @@ class RosLog {
   }
 
   void add_truth(const RosPoseType& type, const RosPose& pose, std::int64_t number) {
-    try {
-      truth_.add(type, pose, number);
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument(
-          fmt::format("{}: --truth-topic {}: {}", file_.string(), options_.truth_topic, error.what()));
+    if (const RosPoseType* first = truth_.type(); first != nullptr && first != &type) {
+      throw std::invalid_argument(fmt::format("{}: --truth-topic {}: messages of two types, {} and {}",
+                                              file_.string(), options_.truth_topic, first->type, type.type));
     }
+    truth_.add(type, pose, number);
   }
 
   void choose_estimate() {

@@ -27,4 +27,8 @@ struct LinearProblem : IntermittentProblem {
 /// kept.
 double linear_problem_doubles(double n, double m, const Scenario& scenario);
 
+/// Throws ScenarioError where the states of an unstable world grow so large within these steps that
+/// differences of them, which smoothing and scores are made of, have lost 1e-4 of a σ of its measurements.
+void require_exact_differences(const LinearProblem& problem, Index steps);
+
 }  // namespace credence::internal

@@ -9,6 +9,7 @@ SmootherExperiment::SmootherExperiment(const LinearProblem& problem, Index steps
     : VisitedExperiment(problem.scene.layout, steps),
       filter_(problem, steps, source),
       smoother_(filter_.assumed_models().front(), filter_.filter_steps()) {
+  require_exact_differences(problem, steps);
   const std::vector<LinearFilterStep>& of_filter = filter_.filter_steps();
   whitening_.push_back(psd_whitening(smoother_.covariance(0)));
   for (std::size_t k = 0; k < of_filter.size(); ++k) {

@@ -74,7 +74,7 @@ class PlanarSlamContest final : public EstimatorContest {
   Index unknowns() const override { return 3 + 2 * world_.plane.states(); }
   VehicleBound bound() const override {
     const PosteriorBound bound = odometry_bound(world_);
-    return {bound.find("heading")->mean_bound(), bound.find("position")->mean_bound()};
+    return {bound.mean_bound("heading"), bound.mean_bound("position")};
   }
   std::string note() const override {
     return "A shift and a turn of the plane are 3 unobservable directions.";

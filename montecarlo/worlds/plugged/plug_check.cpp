@@ -65,6 +65,11 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
   for (Index i = 0; i < step.error.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const std::size_t state = step.states.empty() ? at : static_cast<std::size_t>(step.states[at]);
+    if (!std::isfinite(step.error[i])) {
+      problems.add("finite", fmt::format("the error of '{}' is {} {}: the filter's mean, its prior or what "
+                                         "minus() makes of it is not finite",
+                                         layout.states[state], step.error[i], where));
+    }
     if (!layout.angles[state] || !is_unwrapped(step.error[i])) continue;
     problems.add("angle", fmt::format("the error of the angle '{}' is {} rad {}: minus() does not wrap it",
                                       layout.states[state], step.error[i], where));
@@ -74,6 +79,9 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
     const Sensor& sensor = layout.sensors[s];
     if (innovation.nu.size() == 0) continue;
     const std::string name = sensor.name.empty() ? "S" : fmt::format("S of {}", sensor.name);
+    if (!innovation.nu.allFinite()) {
+      problems.add("finite", fmt::format("the innovation {} is not finite", where));
+    }
     check_innovation_covariance(name, innovation.S, where, problems);
     for (Index j = 0; j < innovation.nu.size() && !sensor.angles.empty(); ++j) {
       if (!sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))]) continue;
@@ -88,10 +96,15 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
 }  // namespace
 
 bool same_step(const TraceStep& a, const TraceStep& b) {
-  const auto same_innovation = [](const Innovation& x, const Innovation& y) {
-    return x.nu == y.nu && x.S == y.S;
+  // NaN is as NaN: what is not finite is a problem of its own.
+  const auto same = [](const auto& x, const auto& y) {
+    return x.rows() == y.rows() && x.cols() == y.cols() &&
+           ((x.array() == y.array()) || (x.array().isNaN() && y.array().isNaN())).all();
   };
-  return a.outcome == b.outcome && a.states == b.states && a.error == b.error && a.P == b.P &&
+  const auto same_innovation = [&](const Innovation& x, const Innovation& y) {
+    return same(x.nu, y.nu) && same(x.S, y.S);
+  };
+  return a.outcome == b.outcome && a.states == b.states && same(a.error, b.error) && same(a.P, b.P) &&
          std::ranges::equal(a.innovations, b.innovations, same_innovation);
 }
 

@@ -122,8 +122,8 @@ namespace credence {
 /// at step k = 1, 2, … from that of the step before; measure(x, k, noise) what the filter is given, or a
 /// std::optional of it, empty where nothing is measured. All const, and safe to call from several threads.
 ///
-/// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
-/// dt(), the time of a step, which the filter's predict is given behind the input; layout(), with the names,
+/// It may have: minus(a, b); plus(x, d), which is compared with it; input(x, k, noise), what the filter's
+/// predict is given; dt(), the time of a step, which it is given behind the input; layout(), with the names,
 /// angles, units, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
 /// where x is, for figures and logs of a state that is no vector: the estimate is shown at those of the truth
 /// plus its error.

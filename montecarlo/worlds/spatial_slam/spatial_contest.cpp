@@ -101,7 +101,7 @@ class SpatialContest final : public EstimatorContest {
   Index unknowns() const override { return kUnknowns; }
   VehicleBound bound() const override {
     const PosteriorBound bound = spatial_bound(world_);
-    return {bound.find("attitude")->mean_bound(), bound.find("position")->mean_bound()};
+    return {bound.mean_bound("attitude"), bound.mean_bound("position")};
   }
   std::string note() const override {
     return "Heading: the whole attitude, 3 dof. A shift and a turn of space are 6 unobservable directions.";

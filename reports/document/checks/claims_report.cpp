@@ -26,11 +26,12 @@ ReportAnswer claims_answer(const std::vector<Claim>& claims) {
   for (const ClaimVerdict verdict :
        {ClaimVerdict::holds, ClaimVerdict::conditional, ClaimVerdict::fails, ClaimVerdict::not_measured}) {
     const auto count = std::ranges::count(claims, verdict, &Claim::verdict);
-    append_item(text, fmt::format("{} {}", count,
-                                  verdict == ClaimVerdict::holds         ? "hold"
-                                  : verdict == ClaimVerdict::conditional ? "hold under a condition"
-                                  : verdict == ClaimVerdict::fails       ? "fail"
-                                                                         : "not measured"));
+    const char* const s = count == 1 ? "s" : "";
+    append_item(text, verdict == ClaimVerdict::holds ? fmt::format("{} hold{}", count, s)
+                      : verdict == ClaimVerdict::conditional
+                          ? fmt::format("{} hold{} under a condition", count, s)
+                      : verdict == ClaimVerdict::fails ? fmt::format("{} fail{}", count, s)
+                                                       : fmt::format("{} not measured", count));
   }
   const auto any = [&](ClaimVerdict verdict) {
     return std::ranges::find(claims, verdict, &Claim::verdict) != claims.end();
@@ -53,13 +54,14 @@ std::vector<std::string> claim_lines(std::string_view text, std::size_t indent) 
 ReportTable claims_table(const std::vector<Claim>& claims) {
   using enum ColumnAlign;
   ReportTable table{.title = "Every claim with its evidence",
-                    .columns = {{"claim", words},
+                    .columns = {{"id", words},
+                                {"claim", words},
                                 {"source", words},
                                 {"verdict", words},
                                 {"measured", words},
                                 {"beyond that", words}}};
   for (const Claim& c : claims) {
-    table.add({c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
+    table.add({c.id, c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
                c.measured, c.long_run});
   }
   return table;

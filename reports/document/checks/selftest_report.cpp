@@ -15,7 +15,10 @@
 namespace credence::internal {
 namespace {
 
-std::string percent(double share) { return number_text(100.0 * share, 3); }
+/// Of what is below a hundredth of a percent no digit tells anything.
+std::string percent(double share) {
+  return share < 1e-4 ? fixed_text(100.0 * share, 2) : number_text(100.0 * share, 3);
+}
 
 std::string range(const StudyShare& share) {
   return fmt::format("{} … {}", percent(share.interval.lower), percent(share.interval.upper));
@@ -247,11 +250,10 @@ ReportAnswer selftest_answer(const SelftestResult& result) {
     return {CellTone::good,
             "No test is proved to exceed its false-alarm rate, and the fault of every wrong filter is found"};
   }
-  return {
-      CellTone::alarm,
-      fmt::format(
-          "Do not trust the verdicts of this build: {} tests are out of calibration or miss what is wrong",
-          failures)};
+  return {CellTone::alarm,
+          fmt::format("Do not trust the verdicts of this build: {} out of calibration or {} what is wrong",
+                      failures == 1 ? "1 test is" : fmt::format("{} tests are", failures),
+                      failures == 1 ? "misses" : "miss")};
 }
 
 std::string selftest_json(const SelftestResult& result) {

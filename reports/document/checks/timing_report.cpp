@@ -201,11 +201,9 @@ Panel step_panel(const TimingResult& result, Index observed) {
 }
 
 Figure step_figure(const TimingResult& result) {
-  Figure figure{.name = "steps",
-                .caption =
-                    "Medians with their 95 % intervals. Slopes are fitted in log-log scales over the "
-                    "sizes that the table names.",
-                .panels = {}};
+  Figure figure{.name = "steps", .caption = "Medians with their 95 % intervals.", .panels = {}};
+  if (!result.growth.empty())
+    figure.caption += " Slopes are fitted in log-log scales over the sizes that the table names.";
   std::vector<Index> observed;
   for (const FilterTime& time : result.filters) {
     if (std::ranges::find(observed, time.observed) == observed.end()) {
@@ -213,7 +211,7 @@ Figure step_figure(const TimingResult& result) {
     }
   }
   for (const Index each : observed) figure.panels.push_back(step_panel(result, each));
-  figure.cols = static_cast<int>(figure.panels.size());
+  arrange(figure);
   return figure;
 }
 

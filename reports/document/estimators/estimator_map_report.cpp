@@ -73,7 +73,7 @@ Panel cheapest_panel(const EstimatorMap& map) {
               .y_range = around(rows),
               .x_names = value_names(across),
               .y_names = value_names(up),
-              .colour_label = "its time per step (µs); grey: none stays consistent",
+              .colour_label = "its time per step (µs)",
               .log_colour = true};
   Matrix cells = Matrix::Constant(rows, columns, kNaN);
   FigureData x, y;
@@ -98,16 +98,15 @@ Panel nees_panel(const EstimatorMap& map) {
   const auto columns = std::ssize(across.values), rows = std::ssize(map.names);
   std::vector<FigureText> names;
   for (const std::string& name : map.names) names.emplace_back(name);
-  Panel panel{
-      .title = fmt::format("{} over dof", map_nees_words(map)),
-      .x_label = across.path,
-      .y_label = "estimator",
-      .x_range = around(columns),
-      .y_range = around(rows),
-      .x_names = value_names(across),
-      .y_names = std::move(names),
-      .colour_label = fmt::format("{} over dof, the largest; grey: no run ended well", map_nees_words(map)),
-      .log_colour = true};
+  Panel panel{.title = fmt::format("{} over dof", map_nees_words(map)),
+              .x_label = across.path,
+              .y_label = "estimator",
+              .x_range = around(columns),
+              .y_range = around(rows),
+              .x_names = value_names(across),
+              .y_names = std::move(names),
+              .colour_label = fmt::format("{} over dof", map_nees_words(map)),
+              .log_colour = true};
   Matrix cells = Matrix::Constant(rows, columns, kNaN);
   for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
     const Index column = place_on(across, map.plan.points[p].values[0]);
@@ -196,14 +195,19 @@ std::vector<Figure> estimator_map_figures(const EstimatorMap& map) {
   if (map.plan.axes.empty() || map.plan.mode != SweepMode::grid) return figures;
   if (map.plan.axes.size() == 2) {
     figures.push_back({.name = "cheapest",
-                       .caption = "At each point the cheapest estimator that stays consistent.",
+                       .caption =
+                           "At each point the cheapest estimator that stays consistent, coloured by its time "
+                           "per step; grey: none does.",
                        .panels = {cheapest_panel(map)}});
   }
+  constexpr double kLeast = 18.0, kLine = 1.5;  // of a name
   figures.push_back({.name = "nees",
                      .caption = fmt::format(
-                         "{} over dof of each estimator, mean over the runs; of several points the largest.",
+                         "{} over dof of each estimator, mean over the runs; of several points the largest; "
+                         "grey: no run ended well.",
                          map_nees_words(map)),
-                     .panels = {nees_panel(map)}});
+                     .panels = {nees_panel(map)},
+                     .row_height = std::max(kLeast, kLine * static_cast<double>(map.names.size()))});
   return figures;
 }
 

@@ -80,14 +80,21 @@ std::vector<std::string> failure_notes(const EstimatorStudy& study) {
       append_item(runs, fmt::format("{} ({} at step {})", row.failures[i].run,
                                     to_string(row.failures[i].outcome), row.failures[i].step));
     }
-    notes.push_back(fmt::format("{}: {} of {} runs failed and are in no average: {}{}.", row.name,
-                                row.failures.size(), study.runs, runs,
+    const auto failed = std::ssize(row.failures);
+    notes.push_back(fmt::format("{}: {} and {} in no average: {}{}.", row.name,
+                                failed_text(failed, study.runs), failed == 1 ? "is" : "are", runs,
                                 row.failures.size() > kNamed ? ", …" : ""));
     if (study.run_command.empty()) continue;
     notes.back() += fmt::format(" `{} --set filter.estimator={} --only-run {}` shows one.", study.run_command,
                                 row.name, row.failures.front().run);
   }
   return notes;
+}
+
+/// Two noises that hardly differ leave a ratio without meaning beyond its order.
+TableCell pairing_cell(double gain) {
+  constexpr double kMost = 1e4;
+  return gain > kMost ? TableCell(fmt::format("> {:.0f}", kMost)) : TableCell(gain, 3);
 }
 
 const EstimatorRow& yardstick(const EstimatorStudy& study) {
@@ -241,8 +248,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   for (const EstimatorRow& row : study.rows) {
     if (row.profile.chart == "plane") continue;
     table.notes.push_back(fmt::format(
-        "{}: its chart is {}. In the plane its pose NEES is {}; the position of its chart has {}.", row.name,
-        row.profile.chart_text, nees_text(nees_of(row, plane_pose)),
+        "{}: its chart is {}. Taken as x̂ − x its pose NEES is {}; the position of its chart has {}.",
+        row.name, row.profile.chart_text, nees_text(nees_of(row, plane_pose)),
         nees_text(nees_of(row, chart_position))));
   }
   for (std::string& note : failure_notes(study)) table.notes.push_back(std::move(note));
@@ -378,7 +385,7 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
                d.count == 0
                    ? std::string("–")
                    : interval_text(sign * d.mean, turned ? -d.upper : d.lower, turned ? -d.lower : d.upper),
-               TableCell(paired.p_value, 2), TableCell(paired.gain, 3), d.count});
+               TableCell(paired.p_value, 2), pairing_cell(paired.gain), d.count});
   }
   table.notes = {
       "Mean over the runs that both finished, with its interval (Student's and Hall's scores), and the "

@@ -35,9 +35,10 @@ Said mistakes_of(const Experiment& experiment, std::int64_t runs, std::int64_t s
 /// Plays all runs and judges them, without a bound.
 CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
                    const std::function<std::string(std::int64_t)>& said) {
-  if (options.runs < 1 || options.steps < 1) {
-    throw std::invalid_argument(
-        fmt::format("{} runs of {} steps: expected at least 1", options.runs, options.steps));
+  constexpr std::int64_t kMostRuns = 1'000'000'000, kMostSteps = 10'000'000;  // as study.runs, study.steps
+  if (options.runs < 1 || options.runs > kMostRuns || options.steps < 1 || options.steps > kMostSteps) {
+    throw std::invalid_argument(fmt::format("{} runs of {} steps: expected 1 to {} runs of 1 to {} steps",
+                                            options.runs, options.steps, kMostRuns, kMostSteps));
   }
   const EngineOptions engine = engine_options(options.threads, options.stop, options.progress);
   EvidenceCollector collector(experiment, options.runs);

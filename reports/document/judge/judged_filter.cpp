@@ -90,8 +90,11 @@ Judged judged_logs(CheckedLogs logs) {
 
 Judged judged_study(ReportedStudy study) {
   const StudyAnalysis& a = study.analysis;
-  Judged judged = judged_word(a.word, a.nees);
-  judged.verdict = overall_verdict(a);
+  Word word = a.word;
+  word.verdict = overall_verdict(a);
+  word.p_value = overall_p_value(a);
+  word.says = overall_says(a);
+  Judged judged = judged_word(word, a.nees);
   if (a.judgement) take_advice(*a.judgement, judged);
   judged.failures = failed_runs(a.statistics);
   judged.complete = a.complete;

@@ -45,7 +45,8 @@ class JudgedFilter {
 
   /// The one word over NEES, NIS and every block of the state.
   Verdict verdict() const;
-  /// Of everything together: the verdict is not `consistent` iff this is at most 1 − confidence.
+  /// Of everything together: the verdict is optimistic, pessimistic or mixed only where it is at most
+  /// 1 − confidence; of an undecided one says() tells why. That of a stop rule is valid at any look.
   double p_value() const;
   /// What is wrong, where and when, in a few words; of a consistent filter what was seen.
   const std::string& says() const;

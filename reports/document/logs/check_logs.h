@@ -17,7 +17,7 @@ struct CheckOptions {
   std::vector<std::string> truths{};  ///< of logs that do not hold it: one for all of them, or one for each
   LogReadOptions reading{};
   double confidence = 0.95;
-  double within = 0.1;       ///< what counts as right: the factor on P between 1/(1 + this) and 1 + this
+  double within = 0.1;       ///< margin of what is told as proved, between 1/(1 + this) and 1 + this
   bool sensitivity = false;  ///< judge without gross outliers too
   int threads = 0;           ///< 0: one for each processor; the bits do not depend on it
   const std::atomic<bool>* stop = nullptr;  ///< set: what was read until then is judged

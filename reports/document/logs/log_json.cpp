@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/nan.h"
 #include "reports/document/logs/log_gate.h"
 #include "reports/document/study/calibration_report.h"
 #include "reports/document/study/judgement_json.h"
@@ -46,12 +47,24 @@ Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
       {"innovation_mean", with_reason({{"p_value", s.mean.p_value}}, s.mean.reason)}};
 }
 
+/// `reason` is of the p-value: a run that is long enough has none where its errors stay, last or oscillate.
 Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
-  return {{"correlation_time_rows", s.sample.correlation_time},
-          {"effective_rows", s.sample.size},
-          {"p_value", s.time_average.p_value},
-          {"reason", text_or_null(s.time_average.run_sum.reason)},
-          {"runs_to_settle", settle.runs}};
+  std::string_view reason = s.time_average.run_sum.reason;
+  if (reason.empty() && std::isnan(s.time_average.p_value)) {
+    reason = "an error that is not forgotten within a tenth of the run";
+  }
+  Json j = {{"correlation_time_rows", s.sample.correlation_time},
+            {"effective_rows", s.sample.size},
+            {"p_value", s.time_average.p_value},
+            {"reason", text_or_null(reason)},
+            {"runs_to_settle", settle.runs > 0 ? Json(settle.runs) : Json(nullptr)}};
+  if (settle.runs == 0) j["runs_to_settle_reason"] = settle.reason;
+  return j;
+}
+
+/// Of NIS that there are none of.
+GoodnessOfFit no_fit() {
+  return {.kolmogorov_p_value = kNaN, .anderson_p_value = kNaN, .reason = "no innovations"};
 }
 
 Json log_outcomes_json(const CheckedLogs& logs) {
@@ -147,8 +160,7 @@ std::string log_json(const CheckedLogs& logs) {
     sensors.push_back(sensor_json(a.sensors[i], s.sensors[i]));
   }
   j["sensors"] = std::move(sensors);
-  j["nis_fit"] =
-      fit_json(a.sensors.empty() ? GoodnessOfFit{.reason = "no innovations"} : a.sensors.front().fit);
+  j["nis_fit"] = fit_json(a.sensors.empty() ? no_fit() : a.sensors.front().fit);
   j["single_run"] = a.single ? single_run_json(*a.single, a.settle_nees) : Json(nullptr);
   if (a.sensitivity) {
     j["sensitivity"] = {{"rule", "values beyond the upper 1e-6 quantile of their chi-square law left out"},

@@ -85,7 +85,7 @@ void add_tests(Document& document, const CheckedLogs& logs, const std::string& n
     if (!a.judgement.accuracy.empty()) {
       document.table(accuracy_table(a.judgement, a.bound ? &*a.bound : nullptr));
     }
-    document.figure(evidence_figure(name, a.judgement));
+    document.figure(evidence_figure(name, a.judgement, a.evidence.layout.sensors));
   });
 }
 

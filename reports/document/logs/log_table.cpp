@@ -20,8 +20,9 @@ namespace {
 
 void add_verdict(ReportTable& table, const std::string& what, const ConsistencyVerdict& v) {
   if (v.count == 0) return;
-  table.add(
-      {what, verdict_cell(v.verdict), v.mean, v.expected, trusted_text(v), p_value_text(v.p_value), v.count});
+  // As among all tests, where what is undecided has none.
+  const std::string p_value = v.verdict == Verdict::undecided ? "–" : p_value_text(v.p_value);
+  table.add({what, verdict_cell(v.verdict), v.mean, v.expected, trusted_text(v), p_value, v.count});
 }
 
 /// Whether a row says what the answer, which joins them all, does not, or what it fails no more beside all
@@ -209,7 +210,10 @@ std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
   return blocks;
 }
 
-std::string log_answer(const CheckedLogs& logs) {
+namespace {
+
+/// Of the rows that there are.
+std::string answer_of_verdicts(const CheckedLogs& logs) {
   const Judgement& a = logs.analysis.judgement;
   const bool has_truth = logs.analysis.evidence.has_truth;
   const std::string asked = "Can this covariance be trusted? ";
@@ -235,6 +239,18 @@ std::string log_answer(const CheckedLogs& logs) {
   return asked +
          "Yes, as far as innovations can tell: consistent; without a truth they cannot tell whether P is "
          "right";
+}
+
+}  // namespace
+
+/// The verdicts are of the rows before a run failed: that it did, is no less a fault.
+std::string log_answer(const CheckedLogs& logs) {
+  std::string answer = answer_of_verdicts(logs);
+  const StudyStatistics& s = logs.analysis.evidence.study;
+  if (s.failures.empty()) return answer;
+  const std::string failed = failed_text(std::ssize(s.failures), s.runs);
+  if (answer.find(failed) == std::string::npos) answer += "; " + failed;
+  return answer;
 }
 
 ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
@@ -265,8 +281,8 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
     add_verdict(table, "NEES without outliers", a.sensitivity->nees);
     add_verdict(table, "NIS without outliers", a.sensitivity->nis);
     table.notes.push_back(
-        fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
-                    kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
+        fmt::format("Gross outliers, beyond the upper {} quantile of their law: {} of NEES, {} of NIS.",
+                    short_text(kGrossOutlier), a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
   }
   if (table.rows.empty()) table.columns.clear();
   if (rejects_alone(a)) {

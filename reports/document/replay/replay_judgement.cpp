@@ -133,6 +133,20 @@ std::string about_linearisation(const LinearisationNees& nees) {
   return words + ". No such filter could be built; it tells this as long as estimates are near the truth.";
 }
 
+/// What Jacobians at the truth tell comes before what is read from innovations, which does not show it.
+void name_linearisation(const LinearisationNees& nees, Judgement& j) {
+  if (!nees.is_most() || !is_unsafe(j.word.verdict) || !is_unsafe(j.nees.verdict)) return;
+  std::erase_if(j.causes, [](const CauseFound& found) { return found.cause == Cause::linearisation; });
+  const CauseFound linearisation = {
+      Cause::linearisation,
+      fmt::format(
+          "with Jacobians at the truth mean NEES of the vehicle is {} instead of {}, where {} is "
+          "expected; a filter that linearises otherwise may mend it (--set filter.estimator=invariant), "
+          "and no noise does",
+          number_text(nees.ideal, 4), number_text(nees.own, 4), number_text(nees.expected, 4))};
+  j.causes.insert(j.causes.begin(), linearisation);
+}
+
 /// What is not judged, and what the tests assume.
 std::vector<std::string> limits_of(const ReplayJudgement& judgement, std::span<const ReportedReplay> replays,
                                    const LinearisationNees& linearisation) {
@@ -207,6 +221,7 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays) {
   const LinearisationNees linearisation = linearisation_of(replays);
   logs.remarks = limits_of(judgement, replays, linearisation);
   if (linearisation.is_most()) logs.explained = Verdict::optimistic;
+  name_linearisation(linearisation, logs.analysis.judgement);
   return judgement;
 }
 

@@ -217,7 +217,7 @@ Json innovations_json(const Judgement& judgement, const NoiseScale& noise) {
   j["whiteness"] = {{"autocorrelation", s.whiteness.autocorrelation},
                     {"band", s.whiteness.band},
                     {"p_value", s.whiteness.p_value},
-                    {"white", s.whiteness.white},
+                    {"white", s.whiteness.reason.empty() ? Json(s.whiteness.white) : Json(nullptr)},
                     {"reason", text_or_null(s.whiteness.reason)}};
   j["mean"] = {{"value", json_vector(s.mean.mean)},
                {"p_value", s.mean.p_value},

@@ -94,12 +94,13 @@ Json followed_json(const PlanarFollowed& f) {
 
 /// Without panels where nothing was followed to the end of a loop.
 Figure planar_growth_figure(const Scenario& scenario, const PlanarStability& a) {
-  Figure figure{.name = "planar-growth",
-                .caption =
-                    "Mean trace of the filter's covariance over each loop. Left with Jacobians at the truth; "
-                    "right in an EKF with noise, whose own estimates add information that is not there.",
-                .rows = 1,
-                .cols = 2};
+  Figure figure{
+      .name = "planar-growth",
+      .caption =
+          "Mean trace of the filter's covariance over each loop. First with Jacobians at the truth; "
+          "second in an EKF with noise, whose own estimates add information that is not there.",
+      .rows = 1,
+      .cols = 2};
   for (const Linearisation at : {Linearisation::truth, Linearisation::estimate}) {
     Panel panel{.title = std::string("Jacobians at ") + place_text(at),
                 .x_label = "loop",
@@ -197,9 +198,10 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                   kPlanarResolution),
       ("by the noise: the condition on the accumulated noise of the last loop, proved for noise that is the "
        "same in every loop; it asks for a kernel that no step ever touches."),
-      ("loop 1, half of them, last: mean of tr P over the loop. O(N): followed with the arrow covariance "
-       "itself. rank ΔP: of what is added before the update; sequential rules add within it."),
-      ("above gap: steps where the exact minimal trace missed its duality gap of 1e-9; an inexact solution "
+      ("loop 1, half of them, last: mean of tr P over the loop, in m² + rad², as is the growth a loop. O(N): "
+       "followed with the arrow covariance itself. rank ΔP: of what is added before the update; sequential "
+       "rules add within it."),
+      ("above gap: steps where the exact minimal trace missed its duality gap of 1e−9; an inexact solution "
        "imitates slow growth."),
       "pose NEES / 3: mean over the last half of one noisy run; 1 is consistent, above is optimistic."};
   const auto disagrees = [](const PlanarFollowed& f) {

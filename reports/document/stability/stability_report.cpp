@@ -318,8 +318,8 @@ Panel eigenvalue_panel(const StabilityAnalysis& a) {
 Figure stability_figure(const StabilityAnalysis& a) {
   return {.name = "stability",
           .caption =
-              "Left: the covariance over a long horizon, both axes logarithmic. A curve that levels off is "
-              "bounded; a slope of one is linear growth. Right: what lies inside the unit circle is "
+              "First: the covariance over a long horizon, both axes logarithmic. A curve that levels off is "
+              "bounded; a slope of one is linear growth. Second: what lies inside the unit circle is "
               "forgotten, what lies on it stays.",
           .rows = 1,
           .cols = 2,

@@ -98,6 +98,32 @@ bool has_bars(const MeanInterval& factor) {
   return std::isfinite(factor.lower) && std::isfinite(factor.upper);
 }
 
+/// A logarithmic axis where values span decades, as of runs that diverge: a linear one would show the largest
+/// alone. Bars that reach to zero or below end at the frame.
+void span_decades(Panel& panel) {
+  constexpr double kDecades = 50.0, kRoom = 1.5;
+  double least = HUGE_VAL, most = 0.0, lowest = HUGE_VAL, highest = 0.0;
+  const auto add = [](double value, double& low, double& high) {
+    if (!(value > 0.0) || !std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  };
+  for (const Series& series : panel.series) {
+    for (const double y : series.y) add(y, least, most);
+    for (const FigureData* values : {&series.y, &series.lower, &series.upper}) {
+      for (const double y : *values) add(y, lowest, highest);
+    }
+  }
+  if (!(most > kDecades * least)) return;
+  panel.log_y = true;
+  panel.y_range = AxisRange{std::max(lowest, least / kDecades) / kRoom, highest * kRoom};
+  for (Series& series : panel.series) {
+    for (double& lower : series.lower) {
+      if (lower <= 0.0) lower = panel.y_range->low;
+    }
+  }
+}
+
 /// Claimed σ and the σ that the errors have, of the bins of one state: the claimed one by the root of the
 /// factor, whose interval the bars are (the RMSE is the mean of another quantity, and may lie outside).
 Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title, const std::string& unit) {
@@ -221,6 +247,7 @@ Figure distance_figure(const std::string& name, const Calibration& c) {
   ratio.series = {level_series("consistent", ColourRole::exact, 1.0),
                   error_bar_series("measured", ColourRole::first, middle, nees(&MeanInterval::mean),
                                    nees(&MeanInterval::lower), nees(&MeanInterval::upper))};
+  span_decades(ratio);
   figure.panels.push_back(std::move(ratio));
   if (c.distance.front().sigma_m > 0.0) {
     Panel position{
@@ -228,6 +255,7 @@ Figure distance_figure(const std::string& name, const Calibration& c) {
     position.series = {
         line_series("claimed σ", ColourRole::bound, middle, figure_data(c.distance, &DistanceBin::sigma_m)),
         line_series("error", ColourRole::estimate, middle, figure_data(c.distance, &DistanceBin::error_m))};
+    span_decades(position);
     figure.panels.push_back(std::move(position));
   }
   figure.cols = static_cast<int>(figure.panels.size());
@@ -244,33 +272,37 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
       "the error is beyond the level: {} of {} rows.",
       number_text(level.k, 3), level.risk, level.beyond, level.rows);
   constexpr double kCell = 0.125;  // decades
-  double least_error = HUGE_VAL, most_error = 0.0, least_sigma = HUGE_VAL, most_sigma = 0.0;
+  constexpr double kAround = 1.8;  // levels are shown beyond those of the rows, so that the line can be seen
+  double least_error = HUGE_VAL, most_error = 0.0, least_level = HUGE_VAL, most_level = 0.0;
   for (const StanfordCell& cell : c.stanford) {
     least_error = std::min(least_error, cell.error);
     most_error = std::max(most_error, cell.error);
-    least_sigma = std::min(least_sigma, cell.sigma);
-    most_sigma = std::max(most_sigma, cell.sigma);
+    least_level = std::min(least_level, level.k * cell.sigma);
+    most_level = std::max(most_level, level.k * cell.sigma);
   }
-  // Below a hundredth of the largest error nothing is to be seen: such rows are in the first column.
-  least_error = std::max(least_error, 0.01 * most_error);
-  const auto place = [](double value, double least) {
-    return std::max<Index>(0, std::llround(std::log10(value / least) / kCell));
-  };
-  const auto centres = [&](double least, double most, double scale) {
+  // Centres of cells one of which is at `at`, over a range.
+  const auto centres = [](double at, const AxisRange& range) {
+    const auto index = [at](double value) { return std::log10(value / at) / kCell; };
     FigureData all;
-    for (Index i = 0; i <= std::max<Index>(1, place(most, least)); ++i) {
-      all.push_back(scale * least * std::pow(10.0, kCell * static_cast<double>(i)));
-    }
+    for (double i = std::floor(index(range.low)); i < index(range.high) + 1.0; i += 1.0)
+      all.push_back(at * std::pow(10.0, kCell * i));
     return all;
   };
-  FigureData x = centres(least_error, most_error, 1.0), y = centres(least_sigma, most_sigma, level.k);
+  const auto place = [](double value, const FigureData& all) {
+    const auto i = static_cast<Index>(std::llround(std::log10(value / all.front()) / kCell));
+    return std::clamp<Index>(i, 0, std::ssize(all) - 1);
+  };
+  FigureData y = centres(most_level, {least_level / kAround, most_level * kAround});
+  // Errors as far as the levels, all of which the line then crosses. Below these and a hundredth of the
+  // largest error nothing is to be seen: such rows are in the first column.
+  FigureData x = centres(most_error, {std::min(y.front(), std::max(least_error, 0.01 * most_error)),
+                                      std::max(y.back(), most_error)});
   Matrix cells = Matrix::Constant(std::ssize(y), std::ssize(x), kNaN);
   for (const StanfordCell& cell : c.stanford) {
-    double& rows = cells(place(cell.sigma, least_sigma), place(cell.error, least_error));
+    double& rows = cells(place(level.k * cell.sigma, y), place(cell.error, x));
     rows = (std::isnan(rows) ? 0.0 : rows) + static_cast<double>(cell.rows);
   }
-  const double room = std::pow(10.0, 0.5 * kCell), low = std::max(x.front(), y.front()),
-               high = std::min(x.back(), y.back());
+  const double room = std::pow(10.0, 0.5 * kCell);
   Panel panel{.title = "Position errors against their protection level",
               .x_label = "position error (m)",
               .y_label = "protection level (m)"};
@@ -281,9 +313,9 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
   panel.colour_label = "rows";
   panel.colour_range = AxisRange{1.0, std::max(2.0, cells.array().isNaN().select(0.0, cells).maxCoeff())};
   panel.series.push_back(heat_series(std::move(x), std::move(y), std::move(cells)));
-  if (low < high)
-    panel.series.push_back(line_series("error = level", ColourRole::exact, {low / room, high * room},
-                                       {low / room, high * room}));
+  const AxisRange line = *panel.y_range;
+  panel.series.push_back(
+      line_series("error = level", ColourRole::exact, {line.low, line.high}, {line.low, line.high}));
   figure.panels.push_back(std::move(panel));
   return figure;
 }

@@ -65,7 +65,7 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   ComparedStudy study{.name = name,
                       .runs = j.at("runs").get<std::int64_t>(),
                       .verdict = j.at("verdict").get<std::string>(),
-                      .p_value = number(object(j, "word"), "p_value"),
+                      .p_value = number(object(j, j.contains("stop") ? "stop" : "word"), "p_value"),
                       .nees = mean_of(j, "nees"),
                       .nis = mean_of(j, "nis")};
   if (j.contains("vehicle_nees")) study.pose = mean_of(j, "vehicle_nees");
@@ -138,6 +138,11 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
     }
     table.add({s.name, s.runs, TableCell(s.verdict, verdict_tone(s.verdict)), mean_interval_text(s.factor),
                mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
+  }
+  if (std::ranges::none_of(studies, [](const ComparedStudy& s) { return s.pose.has_value(); })) {
+    constexpr std::ptrdiff_t kPose = 5;
+    table.columns.erase(table.columns.begin() + kPose);
+    for (std::vector<TableCell>& row : table.rows) row.erase(row.begin() + kPose);
   }
   table.notes.push_back(
       "factor on P: the true covariance over the claimed one, on average over steps, with its interval.");
@@ -232,14 +237,17 @@ Figure comparison_figure(std::span<const ComparedStudy> studies, double confiden
   return figure;
 }
 
-/// The one whose factor on P is nearest to 1, where no interval of another has a factor that is as near.
+/// The one of several whose factor on P is nearest to 1, where no interval of another has a factor that is as
+/// near.
 const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies) {
   const ComparedStudy* nearest = nullptr;
+  std::size_t known = 0;
   for (const ComparedStudy& study : studies) {
     if (!std::isfinite(factor_distance(study))) continue;
+    ++known;
     if (nearest == nullptr || factor_distance(study) < factor_distance(*nearest)) nearest = &study;
   }
-  if (nearest == nullptr) return nullptr;
+  if (known < 2) return nullptr;
   const double as_near = std::exp(factor_distance(*nearest));
   for (const ComparedStudy& study : studies) {
     if (&study == nearest || !std::isfinite(factor_distance(study))) continue;
@@ -265,7 +273,11 @@ ReportAnswer comparison_answer(std::span<const ComparedStudy> studies, double co
               fmt::format("Of {} results{} none is called optimistic: {}", studies.size(),
                           some_alone ? ", taken together," : "", counts)};
   }
-  if (const ComparedStudy* const nearest = nearest_of(studies)) {
+  // One that cannot be trusted is no one's choice beside others that can.
+  const auto is_choice = [&](const ComparedStudy& nearest) {
+    return untrusted.size() == studies.size() || std::ranges::count(untrusted, nearest.name) == 0;
+  };
+  if (const ComparedStudy* const nearest = nearest_of(studies); nearest != nullptr && is_choice(*nearest)) {
     answer.text += fmt::format("; nearest to right: {}, factor on P {}", nearest->name,
                                number_text(nearest->factor.mean, 3));
   }
@@ -357,7 +369,7 @@ ComparedStudy compared(const StudyAnalysis& a) {
   ComparedStudy study{.name = a.scenario.name,
                       .runs = a.statistics.runs,
                       .verdict = std::string(to_string(overall_verdict(a))),
-                      .p_value = a.stop ? a.stop->p_value : a.word.p_value,
+                      .p_value = overall_p_value(a),
                       .factor = a.nees.factor,
                       .nees = mean_of(a.nees),
                       .nis = mean_of(a.nis),
@@ -396,10 +408,31 @@ std::optional<RunDifference> paired_difference(const ComparedStudy& study, const
                                                double confidence) {
   const std::size_t runs = std::min(study.nees_of_runs.size(), reference.nees_of_runs.size());
   if (study.noise.empty() || study.noise != reference.noise || runs < 2) return std::nullopt;
-  SkewedMoments differences;
-  for (std::size_t i = 0; i < runs; ++i) differences.add(study.nees_of_runs[i] - reference.nees_of_runs[i]);
+  SkewedMoments differences, from_middle;
+  Moments before, after;
+  for (std::size_t i = 0; i < runs; ++i) {
+    const double first = reference.nees_of_runs[i], second = study.nees_of_runs[i];
+    before.add(first);
+    after.add(second);
+    differences.add(second - first);
+    from_middle.add(0.5 * (first + second) - 1.0);
+  }
   return RunDifference{.interval = paired_interval(differences, confidence),
-                       .p_value = paired_p_value(differences)};
+                       .before = before.mean,
+                       .after = after.mean,
+                       .p_value = paired_p_value(differences),
+                       .p_middle = paired_p_value(from_middle)};
+}
+
+Nearness nearness_of(const RunDifference& d, double level) {
+  return nearness_of(FactorChange{.part = "NEES",
+                                  .ratio = {},
+                                  .before = d.before,
+                                  .after = d.after,
+                                  .p_value = d.p_value,
+                                  .adjusted = d.adjusted,
+                                  .p_middle = d.p_middle},
+                     level);
 }
 
 std::vector<std::optional<RunDifference>> differences_from_first(std::span<const ComparedStudy> studies,

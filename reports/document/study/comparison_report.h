@@ -64,9 +64,15 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
 /// The mean of NEES over dof of one study minus that of another, over their common runs.
 struct RunDifference {
   MeanInterval interval;
+  double before = kNaN;   ///< that of the other, over these runs
+  double after = kNaN;    ///< of the one
   double p_value = 1.0;   ///< that there is none
   double adjusted = 1.0;  ///< Holm over the studies
+  double p_middle = 1.0;  ///< that the mean of both is 1, so that both are as far from it
 };
+
+/// As of factors, whose means these are.
+Nearness nearness_of(const RunDifference& difference, double level);
 
 /// Of `study` minus `reference`: both met the same noise, so that what they share cancels. Nothing where they
 /// did not, or fewer than two runs can be paired.

@@ -18,6 +18,17 @@ Json span_json(const ConsistencyVerdict& v, const StepSpan& span) {
   return j;
 }
 
+/// NaN throughout where nothing was counted.
+MeanInterval known_interval(const MeanInterval& interval) {
+  return interval.count > 0 ? interval : MeanInterval{.mean = kNaN, .lower = kNaN, .upper = kNaN};
+}
+
+/// The number, or null where it is of nothing.
+template <class Number>
+Json number_if(bool known, Number number) {
+  return known ? Json(number) : Json(nullptr);
+}
+
 Json scale_json(const ScaleAdvice& scale) {
   return with_reason({{"factor", scale.factor}, {"lower", scale.lower}, {"upper", scale.upper}},
                      scale.reason);
@@ -62,43 +73,45 @@ Json coverage_json(const Judgement& judgement) {
   Json coverage = Json::array();
   for (std::size_t i = 0; i < judgement.coverage.size(); ++i) {
     const CoverageVerdict& c = judgement.coverage[i];
-    coverage.push_back({{"k_sigma", CoverageSums::kSigmas[i]},
-                        {"inside", c.pooled.inside},
-                        {"total", c.pooled.total},
-                        {"expected_share", c.expected},
-                        {"p_value", c.p_value},
-                        {"verdict", to_string(c.verdict)}});
+    const bool known = c.pooled.total > 0;
+    coverage.push_back(with_reason({{"k_sigma", CoverageSums::kSigmas[i]},
+                                    {"inside", c.pooled.inside},
+                                    {"total", c.pooled.total},
+                                    {"expected_share", number_if(known, c.expected)},
+                                    {"p_value", number_if(known, c.p_value)},
+                                    {"verdict", to_string(c.verdict)}},
+                                   known ? "" : "no data"));
   }
   return coverage;
 }
 
 Json score_json(const ScoreJudgement& score) {
-  return with_reason({{"mean", score.value.mean},
-                      {"lower", score.value.lower},
-                      {"upper", score.value.upper},
-                      {"expected", score.expected}},
-                     score.reason);
+  const MeanInterval value = known_interval(score.value);
+  return with_reason(
+      {{"mean", value.mean}, {"lower", value.lower}, {"upper", value.upper}, {"expected", score.expected}},
+      score.reason);
 }
 
 /// Every direction of P, whether it is proved right, and the law of the errors.
 void add_law(const LawJudgement& law, Json& j) {
   const SecondMomentTest& second = law.second_moments.test;
+  const MeanInterval worst = known_interval(second.worst);
   j["second_moments"] = with_reason({{"of", law.second_moments.of.empty() ? "state" : law.second_moments.of},
                                      {"optimistic_p_value", second.p_value.optimistic},
                                      {"pessimistic_p_value", second.p_value.pessimistic},
                                      {"worst_direction", law.second_moments.worst},
-                                     {"worst_factor", second.worst.mean},
-                                     {"worst_lower", second.worst.lower},
-                                     {"worst_upper", second.worst.upper},
+                                     {"worst_factor", worst.mean},
+                                     {"worst_lower", worst.lower},
+                                     {"worst_upper", worst.upper},
                                      {"least_factor", second.least_factor},
                                      {"largest_factor", second.largest_factor}},
                                     second.reason);
   const ShapeJudgement& shape = law.shape;
-  j["shape"] = with_reason({{"step", shape.step},
+  j["shape"] = with_reason({{"step", number_if(shape.tests > 0, shape.step)},
                             {"p_value", shape.p_value},
                             {"factors", json_vector(shape.shape.factors)},
                             {"proved_within", shape.proved_within},
-                            {"proved_at_step", shape.proved_at}},
+                            {"proved_at_step", number_if(shape.tests > 0, shape.proved_at)}},
                            shape.reason);
   const GaussianityJudgement& g = law.gaussianity;
   j["gaussianity"] = {{"nees_tail_p_value", g.nees_tail_p_value},
@@ -127,11 +140,13 @@ Json lost_runs_json(const LostRuns& lost) {
   });
 }
 
-Json settle_json(const SettlingRuns& settle) {
-  return with_reason({{"observed_factor", settle.observed_factor},
-                      {"runs", settle.runs == 0 ? Json(nullptr) : Json(settle.runs)},
-                      {"detectable_below", settle.detectable.below},
-                      {"detectable_above", settle.detectable.above}},
+/// The factors that can be detected are above 0 where they are known.
+Json settle_json(const SettlingRuns& settle, const ConsistencyVerdict& of) {
+  const DetectableFactors& detectable = settle.detectable;
+  return with_reason({{"observed_factor", number_if(of.count > 0, settle.observed_factor)},
+                      {"runs", number_if(settle.runs > 0, settle.runs)},
+                      {"detectable_below", number_if(detectable.below > 0.0, detectable.below)},
+                      {"detectable_above", number_if(detectable.above > 0.0, detectable.above)}},
                      settle.reason);
 }
 
@@ -244,15 +259,18 @@ Json judgement_json(const Judgement& b) {
                 {"innovation", scale_json(b.scale_innovation)},
                 {"measurement_noise", scale_json(b.scale_measurement_noise)}};
   j["scale"]["covariance"]["leaves"] = left_by_scale(b.nees, b.blocks);
-  j["settle"] = {
-      {"power", kSettlingPower}, {"nees", settle_json(b.settle_nees)}, {"nis", settle_json(b.settle_nis)}};
+  j["settle"] = {{"power", kSettlingPower},
+                 {"nees", settle_json(b.settle_nees, b.nees)},
+                 {"nis", settle_json(b.settle_nis, b.nis)}};
   j["coverage"] = coverage_json(b);
   j["autocorrelation"] =
       b.sensors.empty() ? Json::array() : Json(b.sensors.front().whiteness.autocorrelation);
-  j["credibility"] = with_reason({{"noncredibility_db", b.credibility.noncredibility},
-                                  {"floor_db", b.credibility.noncredibility_floor},
-                                  {"inclination_db", b.credibility.inclination}},
-                                 b.credibility.reason);
+  const CredibilityIndex& index = b.credibility;
+  const bool has_index = index.runs > 0;
+  j["credibility"] = with_reason({{"noncredibility_db", number_if(has_index, index.noncredibility)},
+                                  {"floor_db", number_if(has_index, index.noncredibility_floor)},
+                                  {"inclination_db", number_if(has_index, index.inclination)}},
+                                 index.reason);
   j["rmse"] = {{"position_m", rmse_json(b.position)},
                {"heading_rad", rmse_json(b.heading)},
                {"landmark_m", rmse_json(b.landmark)}};

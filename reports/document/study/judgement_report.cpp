@@ -79,7 +79,7 @@ Panel histogram_panel(const SensorJudgement& sensor) {
   return panel;
 }
 
-Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
+Panel correlation_panel(const SensorJudgement& sensor, bool nis_alone, double confidence) {
   const WhitenessTest& w = sensor.whiteness;
   FigureData x, upper, lower;
   for (std::size_t h = 0; h < w.autocorrelation.size(); ++h) {
@@ -89,7 +89,8 @@ Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
   }
   Panel panel{.title = titled("Whiteness", sensor),
               .x_label = "lag (steps)",
-              .y_label = "autocorrelation of innovation"};
+              .y_label = nis_alone ? figure_markup("autocorrelation of Φ^{−1}(F(NIS))")
+                                   : FigureText("autocorrelation of innovation")};
   panel.x_range = AxisRange{0.0, static_cast<double>(x.size()) + 1.0};  // no point on the frame
   panel.series.push_back(
       band_series(fmt::format("{:g} %", 100.0 * confidence), ColourRole::bound, x, lower, upper));
@@ -444,6 +445,13 @@ std::string efficiency_text(const MeanInterval& efficiency) {
   return efficiency.count == 0 ? "–" : interval_text(efficiency.mean, efficiency.lower, efficiency.upper);
 }
 
+/// The runs that the averages of errors are of, where some failed: 7 of 12; else 0.
+std::int64_t runs_averaged(const Judgement& judgement) {
+  std::int64_t most = 0;
+  for (const BlockAccuracy& row : judgement.accuracy) most = std::max(most, row.squared_error.count);
+  return most < judgement.runs ? most : 0;
+}
+
 std::string bound_sentence(const Judgement& judgement) {
   std::vector<std::string> parts;
   for (const BlockAccuracy& row : judgement.accuracy) {
@@ -463,7 +471,11 @@ std::string bound_sentence(const Judgement& judgement) {
                                 claims, yardstick));
   }
   if (parts.empty()) return {};
-  return fmt::format("RMSE beside P and the posterior Cramér-Rao bound: {}.", fmt::join(parts, "; "));
+  const std::int64_t averaged = runs_averaged(judgement);
+  return fmt::format(
+      "RMSE beside P and the posterior Cramér-Rao bound{}: {}.",
+      averaged > 0 ? fmt::format(", of the {} of {} runs that did not fail", averaged, judgement.runs) : "",
+      fmt::join(parts, "; "));
 }
 
 }  // namespace
@@ -508,6 +520,12 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
   } else {
     table.notes.emplace_back("Averages over steps and runs, roots of summed squares.");
   }
+  if (const std::int64_t averaged = runs_averaged(judgement); averaged > 0) {
+    table.notes.push_back(
+        fmt::format("Only the {} of {} runs that did not fail are averaged: the errors of the others may be "
+                    "the largest{}.",
+                    averaged, judgement.runs, bounded ? ", and an efficiency above 1 is then no merit" : ""));
+  }
   if (bound != nullptr && !bound->reason.empty()) {
     table.notes.push_back("No Cramér-Rao bound: " + bound->reason + ".");
   }
@@ -523,25 +541,66 @@ std::vector<std::string> statistics_sentences(const Judgement& b) {
   return sentences;
 }
 
-Figure evidence_figure(const std::string& name, const Judgement& j) {
-  constexpr std::size_t kSensors = 3;
-  Figure figure{.name = name + "-battery",
-                .caption = fmt::format(
-                    "Further tests, over {}: the values of NIS taken through their distribution "
-                    "function, which makes them uniform; the correlation of the normalised innovation with "
-                    "itself in time",
-                    counted(j.runs, "run"))};
-  for (std::size_t i = 0; i < std::min(kSensors, j.sensors.size()); ++i) {
-    const SensorJudgement& sensor = j.sensors[i];
-    if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));
-    if (sensor.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(sensor, j.confidence));
+namespace {
+
+/// The sensors in the order in which a figure of the first ones shows them: of more than those the ones whose
+/// NIS is inconsistent first, the worst of them before the others, then by the other two tests.
+std::vector<const SensorJudgement*> sensors_to_show(const Judgement& j, std::size_t most) {
+  std::vector<const SensorJudgement*> sensors;
+  for (const SensorJudgement& sensor : j.sensors) {
+    if (sensor.fit.count > 0 || sensor.whiteness.reason.empty()) sensors.push_back(&sensor);
   }
+  if (sensors.size() <= most) return sensors;
+  const auto goodness = [](const SensorJudgement* sensor) {
+    const ConsistencyVerdict& nis = sensor->nis;
+    const auto known = [](double p_value) { return std::fmin(p_value, 1.0); };
+    if (!is_inconsistent(nis.verdict))
+      return std::pair(1.0 + known(std::fmin(sensor->fit.anderson_p_value, sensor->whiteness.p_value)), 0.0);
+    // p-values of many values may all be 0.
+    return std::pair(known(nis.p_value), -std::abs(nis.mean / nis.expected - 1.0) * std::sqrt(0.5 * nis.dof));
+  };
+  std::ranges::stable_sort(sensors, {}, goodness);
+  return sensors;
+}
+
+}  // namespace
+
+Figure evidence_figure(const std::string& name, const Judgement& j, std::span<const Sensor> of_logs) {
+  constexpr std::size_t kSensors = 3;
+  const auto is_nis_alone = [of_logs](const SensorJudgement& sensor) {
+    const auto of_log = std::ranges::find(of_logs, sensor.name, &Sensor::name);
+    return of_log != of_logs.end() && of_log->nis_alone;
+  };
+  const std::vector<const SensorJudgement*> sensors = sensors_to_show(j, kSensors);
+  const std::size_t shown = std::min(kSensors, sensors.size());
+  Figure figure{.name = name + "-battery"};
+  bool histograms = false, of_innovations = false, of_nis = false;
+  for (const SensorJudgement* const sensor : std::span(sensors).first(shown)) {
+    if (sensor->fit.count > 0) {
+      figure.panels.push_back(histogram_panel(*sensor));
+      histograms = true;
+    }
+    if (!sensor->whiteness.reason.empty()) continue;
+    const bool nis_alone = is_nis_alone(*sensor);
+    figure.panels.push_back(correlation_panel(*sensor, nis_alone, j.confidence));
+    (nis_alone ? of_nis : of_innovations) = true;
+  }
+  std::string parts;
+  const auto tell = [&parts](const char* part) { append_item(parts, part, "; "); };
+  if (histograms)
+    tell("the values of NIS taken through their distribution function, which makes them uniform");
+  if (of_innovations) tell("the correlation of the normalised innovation with itself in time");
+  if (of_nis)
+    tell("the correlation with itself in time of NIS, made normal through its distribution function");
   constexpr std::int64_t kRuns = 5;  // of fewer a share of them jumps from step to step
   if (j.runs >= kRuns && j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
     figure.panels.push_back(coverage_panel(j));
-    figure.caption += "; how often the truth lies within kσ of the whole state";
+    tell("how often the truth lies within kσ of the whole state");
   }
-  figure.caption += ".";
+  figure.caption = fmt::format("Further tests, over {}: {}.", counted(j.runs, "run"), parts);
+  if (shown < sensors.size())
+    figure.caption +=
+        fmt::format(" Of {} sensors {} are shown, inconsistent ones first.", sensors.size(), shown);
   arrange(figure);
   return figure;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,10 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
 /// these runs could have shown and how many would settle a consistent case.
 std::vector<std::string> statistics_sentences(const Judgement& judgement);
 
-/// The histogram of F(NIS) and the autocorrelation of the innovation of up to three sensors, and the coverage
-/// of the kσ regions; no panel of what there is no data for.
-Figure evidence_figure(const std::string& name, const Judgement& judgement);
+/// The histogram of F(NIS) and the autocorrelation of the innovation of up to three sensors, of more the
+/// worst ones, and the coverage of the kσ regions; no panel of what there is no data for. of_logs: the
+/// sensors, of which those of NIS alone have the autocorrelation of Φ⁻¹(F(NIS)).
+Figure evidence_figure(const std::string& name, const Judgement& judgement,
+                       std::span<const Sensor> of_logs = {});
 
 }  // namespace credence::internal

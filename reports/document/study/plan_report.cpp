@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "core/append_item.h"
 #include "core/number_text.h"
 #include "reports/render/json_numbers.h"
 
@@ -64,8 +65,15 @@ void add_detections(const char* name, const VerdictPlan& plan, ReportTable& tabl
 }
 
 std::string pilot_note(const PilotTiming& pilot) {
-  return fmt::format("Times are expected ones, from a pilot of {} runs in {} on {} threads.", pilot.runs,
-                     duration_text(pilot.seconds, 2), pilot.threads);
+  std::string note =
+      fmt::format("Times are expected ones, from a pilot of {} in {} on {}", counted(pilot.runs, "run"),
+                  duration_text(pilot.seconds, 2), counted(pilot.threads, "thread"));
+  if (pilot.evidence_runs > 0 && pilot.evidence_seconds_per_run > 0.0) {
+    note += fmt::format(
+        "; the first {} of a study are looked at step by step as well, which takes {} more for each",
+        counted(pilot.evidence_runs, "run"), duration_text(pilot.evidence_seconds_per_run, 2));
+  }
+  return note + ".";
 }
 
 std::string design_note(const StudyPlan& plan) {

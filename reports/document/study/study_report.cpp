@@ -160,8 +160,11 @@ ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
     runs += a.statistics.runs;
   }
   if (failed == 0) return answer;
-  if (failed == runs) return {CellTone::alarm, fmt::format("No run finished: all {} failed", runs)};
-  answer.text += fmt::format("; {} of {} runs failed", failed, runs);
+  if (failed == runs) {
+    return {CellTone::alarm,
+            runs == 1 ? "The only run failed" : fmt::format("No run finished: all {} failed", runs)};
+  }
+  answer.text += "; " + failed_text(failed, runs);
   if (answer.tone != CellTone::alarm) answer.tone = CellTone::caution;
   return answer;
 }
@@ -209,14 +212,18 @@ ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAn
 
 // ---- The page
 
-/// A file name for every study: its name reduced to letters, digits, '-' and '_', with a number if repeated.
+/// A file name for every study: its name reduced to letters, digits, '-' and '_', with a number if repeated,
+/// or if it were that of the run of another (NAME-run.csv).
 std::vector<std::string> file_names(std::span<const ReportedStudy> studies) {
   std::vector<std::string> names;
   std::set<std::string> taken;
   for (const ReportedStudy& study : studies) {
     const std::string name = plain_name(study.analysis.scenario.name, "study");
     std::string unique = name;
-    for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}-{}", name, i);
+    for (int i = 2; taken.contains(unique) || taken.contains(unique + "-run"); ++i) {
+      unique = fmt::format("{}-{}", name, i);
+    }
+    taken.insert({unique, unique + "-run"});
     names.push_back(unique);
   }
   return names;
@@ -244,9 +251,13 @@ void add_failures(Document& document, const StudyAnalysis& a) {
     }
     items.push_back(fmt::format("run {} at step {}: {}", f.run, f.step, to_string(f.outcome)));
   }
-  document.callout(CellTone::alarm, fmt::format("{} of {} runs failed. They count up to the step before, and "
-                                                "each can be replayed alone with --only-run.",
-                                                a.statistics.failures.size(), a.statistics.runs));
+  const auto failed = std::ssize(a.statistics.failures);
+  document.callout(
+      CellTone::alarm,
+      fmt::format("{}. {} up to the step before, and {} can be replayed alone with "
+                  "--only-run.",
+                  a.statistics.runs == 1 ? "The only run failed" : failed_text(failed, a.statistics.runs),
+                  failed == 1 ? "It counts" : "They count", failed == 1 ? "it" : "each"));
   document.bullets(items);
 }
 
@@ -389,6 +400,9 @@ Document study_document(std::vector<ReportedStudy> given) {
   ReportTable verdicts = verdict_table(studies, document.answer);
   document.json = [shared] { return studies_json(*shared); };
   document.sources = {{"seed", seeds_of(studies)}};
+  for (const auto& [a, trace, description] : studies) {
+    if (!description.empty()) document.descriptions.emplace_back(a.scenario.name, description);
+  }
   show_on_terminal(document, studies, verdicts);
 
   const std::vector<std::string> names = file_names(studies);

@@ -13,6 +13,7 @@
 #include "core/number_text.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
+#include "reports/document/shown_unit.h"
 #include "reports/render/json_numbers.h"
 
 namespace credence::internal {
@@ -26,29 +27,38 @@ std::vector<Index> shown_states(const Scenario& scenario, const RunTrace& trace)
   return states;
 }
 
+ShownUnit unit_of_state(const RunTrace& trace, Index state) {
+  return shown_unit(unit_of_states(trace.layout, {state}));
+}
+
 /// The words above them.
 std::string errors_title(const Scenario& scenario, const RunTrace& trace) {
   switch (world_of(scenario).figure) {
     case RunFigure::line_slam: return "vehicle error (m) ± 2σ";
-    case RunFigure::plane_slam: return "error of x (m), y (m), θ (rad) ± 2σ";
+    case RunFigure::plane_slam: return "error of x (m), y (m), θ (°) ± 2σ";
     case RunFigure::states: break;
   }
   std::vector<std::string> names;
   for (const Index i : shown_states(scenario, trace)) {
-    names.push_back(trace.layout.states[static_cast<std::size_t>(i)]);
+    names.push_back(trace.layout.states[static_cast<std::size_t>(i)] +
+                    unit_in_brackets(unit_of_state(trace, i).name));
   }
   return fmt::format("error of {} ± 2σ", fmt::join(names, ", "));
 }
 
 /// Errors, each with its 2σ.
-std::string errors_text(std::span<const Index> states, const TraceStep& s) {
+std::string errors_text(const RunTrace& trace, std::span<const Index> states, const TraceStep& s) {
   std::string text;
   for (const Index i : states) {
-    append_item(
-        text, fmt::format("{} ± {}", number_text(s.error[i], 3), number_text(2.0 * std::sqrt(s.P(i, i)), 3)));
+    const double scale = unit_of_state(trace, i).scale;
+    append_item(text, fmt::format("{} ± {}", number_text(scale * s.error[i], 3),
+                                  number_text(scale * 2.0 * std::sqrt(s.P(i, i)), 3)));
   }
   return text;
 }
+
+/// Without degrees of freedom there is none.
+TableCell normalised_cell(double value, Index dof) { return dof > 0 ? TableCell(value) : TableCell("–"); }
 
 std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
   Json j;
@@ -94,7 +104,8 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
   const std::size_t every = std::max<std::size_t>(1, (last + kRows - 1) / kRows);
   for (std::size_t k = 0; k <= last; k += (k + every <= last || k == last) ? every : last - k) {
     const TraceStep& s = trace.steps[k];
-    table.add({k, errors_text(states, s), s.nees, s.nees_dof, s.nis, s.nis_dof});
+    table.add({k, errors_text(trace, states, s), normalised_cell(s.nees, s.nees_dof), s.nees_dof,
+               normalised_cell(s.nis, s.nis_dof), s.nis_dof});
   }
   if (every > 1)
     table.notes = {fmt::format("every {} of {} steps; all of them with --format json", ordinal(every), last)};

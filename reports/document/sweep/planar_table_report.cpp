@@ -119,7 +119,7 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
       "P0 × 100: what a hundredfold initial variance multiplies the last trace by; 1 is independent of P0."};
   if (gap) {
     table.notes.emplace_back(
-        "above the gap: steps at the truth whose exact minimal trace missed its duality gap of 1e-9.");
+        "above the gap: steps at the truth whose exact minimal trace missed its duality gap of 1e−9.");
   }
   return table;
 }

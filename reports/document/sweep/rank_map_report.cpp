@@ -96,8 +96,8 @@ Panel panel_of(const Group& group, const Places& places, Index largest_O, Index 
               .x_range = AxisRange{0.5, static_cast<double>(largest_O) + 0.5},
               .y_range = AxisRange{-0.5, static_cast<double>(largest_P) + 0.5},
               .colour_label = "growth of tr P (m² a step)",
-              .colour_range = AxisRange{-growth, growth},
-              .colour_scale = ColourScale::diverging};  // white, its middle, is bounded
+              .colour_range = AxisRange{0.0, growth},
+              .colour_scale = ColourScale::rising};  // white, its lower end, is bounded
   panel.series.push_back(growth_cells(places, largest_O, largest_P));
   const auto add_boundary = [&](const char* label, ColourRole role, int Place::*says_bounded) {
     Series series = boundary(label, role, places, says_bounded);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/append_item.h"
 #include "core/number_text.h"
@@ -20,6 +21,7 @@ struct ComparedCell {
   const ComparedStudy* after = nullptr;
   std::string difference;  ///< with its interval
   double adjusted = 1.0;   ///< p-value
+  Nearness nearness = Nearness::open;
 };
 
 std::vector<ComparedCell> compared_cells(const std::vector<ComparedStudy>& studies, double confidence) {
@@ -33,10 +35,13 @@ std::vector<ComparedCell> compared_cells(const std::vector<ComparedStudy>& studi
       cell.difference =
           fmt::format("by {}", interval_text(d->interval.mean, d->interval.lower, d->interval.upper));
       cell.adjusted = d->adjusted;
+      cell.nearness = nearness_of(*d, 1.0 - confidence);
     } else if (!changes[i].empty()) {
-      const MeanInterval& ratio = changes[i].front().ratio;
+      const FactorChange& change = changes[i].front();
+      const MeanInterval& ratio = change.ratio;
       cell.difference = fmt::format("times {}", interval_text(ratio.mean, ratio.lower, ratio.upper));
-      cell.adjusted = changes[i].front().adjusted;
+      cell.adjusted = change.adjusted;
+      cell.nearness = nearness_of(change, 1.0 - confidence);
     } else {
       continue;
     }
@@ -50,26 +55,35 @@ ReportAnswer answer_of(const std::vector<ComparedCell>& cells, double confidence
     return {CellTone::caution,
             "Nothing can be compared: no configuration of one has the swept values of another"};
   constexpr std::size_t kNamed = 3;
-  std::size_t nearer = 0, farther = 0;
+  std::size_t nearer = 0, farther = 0, open = 0;
   std::string where;
   for (const ComparedCell& cell : cells) {
     if (cell.adjusted > 1.0 - confidence) continue;
-    if (!(factor_distance(*cell.after) > factor_distance(*cell.before))) {
-      ++nearer;
-    } else if (++farther <= kNamed) {
-      append_item(where, cell.after->cell, "; ");
-    }
+    nearer += cell.nearness == Nearness::nearer ? 1 : 0;
+    open += cell.nearness == Nearness::open ? 1 : 0;
+    if (cell.nearness == Nearness::farther && ++farther <= kNamed) append_item(where, cell.after->cell, "; ");
   }
-  const std::size_t differ = nearer + farther;
+  const std::size_t differ = nearer + farther + open;
   if (differ == 0) {
     return {CellTone::good,
             fmt::format("Of {} none differs by more than chance", counted(cells.size(), "configuration"))};
   }
-  return {farther > 0 ? CellTone::caution : CellTone::good,
-          fmt::format("Of {} {} differ{} by more than chance: {} nearer to right, {} farther{}{}",
-                      counted(cells.size(), "configuration"), differ, differ == 1 ? "s" : "", nearer, farther,
+  return {farther + open > 0 ? CellTone::caution : CellTone::good,
+          fmt::format("Of {} {} differ{} by more than chance: {} nearer to right, {}{} farther{}{}",
+                      counted(cells.size(), "configuration"), differ, differ == 1 ? "s" : "", nearer,
+                      open > 0 ? fmt::format("{} of which that is not told, ", open) : "", farther,
                       where.empty() ? "" : ": " + where,
                       farther > kNamed ? fmt::format(" and {} more", farther - kNamed) : "")};
+}
+
+/// Of the configurations of all sweeps but the first those beside which nothing stands.
+std::string not_compared(const std::vector<ComparedStudy>& studies, std::size_t told) {
+  const auto others = static_cast<std::size_t>(std::ranges::count_if(
+      studies, [&](const ComparedStudy& study) { return study.of_sweep != studies.front().of_sweep; }));
+  if (others <= told) return {};
+  return fmt::format(
+      "{} cannot be compared: the first sweep has none with the same swept values, or too few runs.",
+      counted(others - told, "configuration"));
 }
 
 ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::vector<ComparedCell>& cells,
@@ -98,14 +112,8 @@ ReportTable cells_table(const std::vector<ComparedStudy>& studies, const std::ve
                   "noise (by), or the factor on P over that of the first (times), with its interval at {:g} "
                   "%; p: of no difference, Holm over all configurations.",
                   100.0 * confidence));
-  const auto alone = static_cast<std::size_t>(std::ranges::count_if(
-      studies, [&](const ComparedStudy& study) { return study.of_sweep != studies.front().of_sweep; }));
-  if (alone > cells.size()) {
-    table.notes.push_back(
-        fmt::format("{} cannot be compared: the first sweep has none with the same swept values, or too few "
-                    "runs.",
-                    counted(alone - cells.size(), "configuration")));
-  }
+  if (std::string note = not_compared(studies, cells.size()); !note.empty())
+    table.notes.push_back(std::move(note));
   return table;
 }
 
@@ -134,10 +142,16 @@ Document sweep_comparison_document(const std::vector<ComparedStudy>& studies, do
                     fmt::format("{} configurations, compared by Credence", cells.size()));
   document.answer = answer_of(cells, confidence);
   document.json = [studies, confidence] { return comparison_json(studies, confidence); };
-  ReportTable table = cells_table(studies, cells, confidence);
   document.show_answer();
-  document.brief.emplace_back(table);
   document.section("Configuration by configuration");
+  if (cells.empty()) {  // a table would have a heading and nothing below
+    const std::string note = not_compared(studies, 0);
+    document.brief.emplace_back(note);
+    document.paragraph(note);
+    return document;
+  }
+  ReportTable table = cells_table(studies, cells, confidence);
+  document.brief.emplace_back(table);
   document.table(std::move(table));
   return document;
 }

@@ -46,15 +46,20 @@ struct RatioCurve {
   }
 };
 
-/// Where the ratio of a consistent filter lies, at each x the widest of all curves.
+/// Where the ratio of a consistent filter lies. Curves whose bounds differ have none in common: inside that
+/// of one, the point of another may be a verdict.
 struct ConsistencyBand {
   std::map<double, AxisRange> at;
+  bool common = true;
 
   void add(double x, const ConsistencyVerdict& v) {
+    constexpr double kRounding = 1e-9;
     const double low = v.bounds.lower / v.expected, high = v.bounds.upper / v.expected;
     if (!std::isfinite(low) || !std::isfinite(high)) return;
     const auto [place, is_new] = at.try_emplace(x, AxisRange{low, high});
-    place->second = {std::min(place->second.low, low), std::max(place->second.high, high)};
+    const AxisRange& first = place->second;
+    common = common && std::abs(low - first.low) <= kRounding * high &&
+             std::abs(high - first.high) <= kRounding * high;
   }
   Series series(double confidence) const {
     FigureData x, low, high;
@@ -79,14 +84,20 @@ std::size_t longest_axis(const SweepPlan& plan) {
   return axis;
 }
 
+/// What tells an axis from the others in few words: the last of its key, or the whole key where another ends
+/// alike.
+std::string short_name(const SweepPlan& plan, std::size_t axis) {
+  const auto last_word = [](const SweepAxis& a) { return a.path.substr(a.path.rfind('.') + 1); };
+  std::string word = last_word(plan.axes[axis]);
+  return std::ranges::count(plan.axes, word, last_word) == 1 ? word : plan.axes[axis].path;
+}
+
 /// The other axes and their values, which a curve is named after: "inflation = map".
 std::string label_of(const SweepPlan& plan, const SweepPoint& point, std::size_t axis) {
   std::string label;
   for (std::size_t i = 0; i < point.values.size(); ++i) {
-    const std::string& path = plan.axes[i].path;
     if (i != axis)
-      append_item(label,
-                  fmt::format("{} = {}", path.substr(path.rfind('.') + 1), swept_text(point.values[i])));
+      append_item(label, fmt::format("{} = {}", short_name(plan, i), swept_text(point.values[i])));
   }
   return label;
 }
@@ -123,7 +134,8 @@ Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what
               .y_label = fmt::format("mean {} / expected", what),
               .log_x = is_geometric(values),
               .log_y = true};
-  panel.series = {band.series(sweep.confidence()), level_series("expected", ColourRole::neutral, 1.0)};
+  if (band.common) panel.series.push_back(band.series(sweep.confidence()));
+  panel.series.push_back(level_series("expected", ColourRole::neutral, 1.0));
   panel.x_range = with_room(values.front(), values.back(), panel.log_x);
   constexpr double kApart = 4.0;  // bars at one x beside each other
   Index i = 0;

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "core/append_item.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/study/study_json.h"
 #include "reports/document/sweep/rank_map_report.h"
 #include "reports/document/sweep/sweep_figures.h"
@@ -39,6 +41,7 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
     for (const char* name : {"pose_nees_mean", "pose_nees_expected", "pose_nees_verdict"})
       columns.emplace_back(name);
   }
+  for (const char* name : {"verdict", "sweep_p_value"}) columns.emplace_back(name);
   CsvWriter csv(target, columns);
   const auto number = [](double v) { return std::isfinite(v) ? CsvField(v) : CsvField(""); };
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
@@ -66,6 +69,8 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
     } else if (has_pose) {
       row.insert(row.end(), {CsvField(""), CsvField(""), CsvField("")});
     }
+    row.emplace_back(std::string(to_string(overall_verdict(a))));
+    row.push_back(number(sweep.p_values[i]));
     csv.add(row);
   }
   csv.commit();
@@ -103,7 +108,8 @@ std::string unsettled_note(const SweepAnalysis& sweep) {
     const StudyStatistics& s = sweep.studies[i].statistics;
     if (s.not_converged.empty() || ++configurations > kNamed) continue;
     append_item(where,
-                fmt::format("{} (in {} of {} runs)", point_words(sweep, i), s.not_converged.size(), s.runs),
+                fmt::format("{} (in {} of {})", point_words(sweep, i), s.not_converged.size(),
+                            counted(s.runs, "run")),
                 "; ");
   }
   if (configurations == 0) return {};
@@ -140,32 +146,69 @@ ReportAnswer one_configuration(Verdict verdict, std::size_t unsafe, std::size_t 
           fmt::format("The only configuration is {}{}", to_string(verdict), failed)};
 }
 
-ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
-  std::size_t unsafe = 0, pessimistic = 0, consistent = 0, failing = 0, alone = 0;
+/// Of each configuration of a sweep what it is; together all of them.
+struct SweepCounts {
+  std::size_t unsafe = 0, pessimistic = 0, consistent = 0, not_gaussian = 0, undecided = 0;
+  std::size_t alone = 0;  ///< inconsistent by themselves, but not when all are taken together
+
+  /// "3 cannot be trusted, 1 is consistent, 2 are undecided": those that there are.
+  std::string text() const {
+    std::string list;
+    if (unsafe > 0) list = fmt::format("{} cannot be trusted", unsafe);
+    for (const auto& [count, words] :
+         {std::pair{pessimistic, "pessimistic"}, std::pair{consistent, "consistent"},
+          std::pair{not_gaussian, "not Gaussian"}, std::pair{undecided, "undecided"},
+          std::pair{alone, "inconsistent alone but not among so many"}}) {
+      if (count > 0) append_item(list, fmt::format("{} {} {}", count, count == 1 ? "is" : "are", words));
+    }
+    return list;
+  }
+};
+
+SweepCounts counts_of(const SweepAnalysis& sweep) {
+  SweepCounts counts;
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const Verdict verdict = overall_verdict(sweep.studies[i]);
-    consistent += verdict == Verdict::consistent ? 1 : 0;
-    failing += sweep.studies[i].statistics.failures.empty() ? 0 : 1;
-    if (!sweep.stands(i)) {
-      alone += is_inconsistent(verdict) ? 1 : 0;
-      continue;
-    }
-    (verdict_cell(verdict).tone == CellTone::alarm ? unsafe : pessimistic) += 1;
+    std::size_t& count = verdict == Verdict::consistent     ? counts.consistent
+                         : verdict == Verdict::not_gaussian ? counts.not_gaussian
+                         : verdict == Verdict::undecided    ? counts.undecided
+                         : !sweep.stands(i)                 ? counts.alone
+                         : is_unsafe(verdict)               ? counts.unsafe
+                                                            : counts.pessimistic;
+    ++count;
   }
+  return counts;
+}
+
+ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
+  const SweepCounts counts = counts_of(sweep);
+  const auto failing = static_cast<std::size_t>(std::ranges::count_if(
+      sweep.studies, [](const StudyAnalysis& a) { return !a.statistics.failures.empty(); }));
   const std::size_t n = sweep.studies.size(), best = best_study(sweep);
   if (n == 0) return {CellTone::caution, "No configuration has results yet"};
   const std::size_t asked = sweep.plan.points.size();
-  if (n == 1 && asked == 1) return one_configuration(overall_verdict(sweep.studies[0]), unsafe, failing);
-  std::string counts =
-      fmt::format("{} {} cannot be trusted, {} {} pessimistic, {} consistent",
+  if (n == 1 && asked == 1)
+    return one_configuration(overall_verdict(sweep.studies[0]), counts.unsafe, failing);
+  std::string text =
+      fmt::format("{} {}",
                   n < asked ? fmt::format("Of the {} of {} configurations that have results so far", n, asked)
                             : fmt::format("Of {} configurations", n),
-                  unsafe, pessimistic, pessimistic == 1 ? "is" : "are", consistent);
-  if (alone > 0) counts += fmt::format(", {} inconsistent alone but not among so many", alone);
-  if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
-  if (best < n) counts += fmt::format("; nearest to right: {}", point_words(sweep, best));
-  const bool good = consistent == n && failing == 0;
-  return {unsafe > 0 || failing == n ? CellTone::alarm : good ? CellTone::good : CellTone::caution, counts};
+                  counts.text());
+  if (failing > 0) text += fmt::format("; runs failed in {} of them", failing);
+  if (best < n) text += fmt::format("; nearest to right: {}", point_words(sweep, best));
+  const bool good = counts.consistent == n && failing == 0;
+  return {counts.unsafe > 0 || failing == n ? CellTone::alarm
+          : good                            ? CellTone::good
+                                            : CellTone::caution,
+          text};
+}
+
+/// " (m² + rad²)": that of a trace of P, where all configurations have the same; empty where it has none.
+std::string unit_of_traces(const SweepPlan& plan) {
+  const RunFigure first = world_of(plan.points.front().scenario).figure;
+  const auto is_other = [&](const SweepPoint& p) { return world_of(p.scenario).figure != first; };
+  if (std::ranges::any_of(plan.points, is_other)) return {};
+  return first == RunFigure::line_slam ? " (m²)" : first == RunFigure::plane_slam ? " (m² + rad²)" : "";
 }
 
 /// "4.495 of 3.000 (optimistic)"
@@ -195,7 +238,8 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
   }
   table.columns.insert(table.columns.end(), {{"verdict", words}, {"together", words}, {"NEES", words}});
   if (has_pose) table.columns.push_back({"of the pose", words});
-  table.columns.insert(table.columns.end(), {{"NIS", words}, {"last tr P"}, {"runs"}, {"failed"}});
+  table.columns.insert(table.columns.end(),
+                       {{"NIS", words}, {"last tr P" + unit_of_traces(plan)}, {"runs"}, {"failed"}});
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;

@@ -66,7 +66,7 @@ ReportTable left_out_table(const ReplayTuning& t) {
                   {"log score, present"},
                   {"tuned"}},
       .notes = {"Mean NIS of an observation: 2 is expected. Log score of an observation: higher is better."}};
-  for (const std::string& name : t.tuning.coordinates) table.columns.push_back({name});
+  for (const std::string& name : t.tuning.coordinates) table.columns.push_back({tuned_name(name)});
   for (const LeftOutPart& part : t.left_out) {
     std::vector<TableCell> row{part.name,           part.observations,      {part.nis_before, 3},
                                {part.nis_after, 3}, {part.score_before, 4}, {part.score_after, 4}};

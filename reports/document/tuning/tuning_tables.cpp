@@ -4,18 +4,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "core/append_item.h"
 #include "core/number_text.h"
+#include "montecarlo/scenario/scenario_schema.h"
+#include "reports/document/shown_unit.h"
 
 namespace credence::internal {
 namespace {
 
-/// Whole steps, or a dash; noise that hardly has an effect takes more of them than an integer holds.
+/// Whole steps, or a dash; of noise that hardly has an effect their order.
 TableCell steps_cell(double steps) {
-  constexpr double kCountable = 1e15;
+  constexpr double kCountable = 1e7;
   if (std::isnan(steps)) return "–";
   return steps < kCountable ? TableCell(std::llround(steps)) : TableCell(steps, 3);
+}
+
+/// The standard error of a logarithm, in percent; beyond that it tells no more than that nothing is known.
+std::string error_text(double relative) {
+  if (std::isnan(relative)) return "–";
+  return relative > 1.0 ? "> 100 %" : number_text(100.0 * relative, 3) + " %";
+}
+
+/// What the names of coordinates "L_Q[2,1]" mean.
+std::vector<std::string> root_notes(const TuningForecast& forecast) {
+  std::vector<std::string> notes;
+  for (const char* const matrix : {"Q", "R"}) {
+    const std::string root = fmt::format("L_{}[", matrix);
+    const auto is_of_root = [&](const TuningForecast::Parameter& p) { return p.name.starts_with(root); };
+    if (std::ranges::any_of(forecast.parameters, is_of_root))
+      notes.push_back(
+          fmt::format("L_{0}: the lower triangle L of {0} = L Lᵀ, which is searched over.", matrix));
+  }
+  return notes;
 }
 
 Json tuned_parameter_json(const TunedParameter& p) {
@@ -45,6 +68,14 @@ Json tune_forecast_json(const TuningForecast& forecast) {
 
 }  // namespace
 
+std::string tuned_name(const std::string& name) {
+  const std::size_t point = name.find('.');
+  if (point == std::string::npos) return name;
+  const ScenarioKey* const key = find_scenario_key(name.substr(0, point), name.substr(point + 1));
+  if (key == nullptr) return name;
+  return name + unit_in_brackets(key->unit == "deg" ? "°" : key->unit);
+}
+
 std::string tuned_interval_text(double lower, double upper) {
   if (std::isnan(lower)) return "–";
   return fmt::format("{} … {}", number_text(lower, 4), number_text(upper, 4));
@@ -58,16 +89,18 @@ ReportTable tune_forecast_table(const TuningForecast& forecast) {
   ReportTable table{.title = "What these data can tell, if the present filter is right",
                     .columns = {{"parameter", ColumnAlign::words},
                                 {"known to ±", ColumnAlign::numbers},
-                                {"steps for ±10 %, if so", ColumnAlign::numbers},
-                                {"", ColumnAlign::words}},
+                                {"steps for ±10 %, if so", ColumnAlign::numbers}},
                     .notes = {fmt::format("{}. ±: one standard error of the logarithm.",
                                           counted(std::llround(forecast.steps), "step"))}};
+  const bool any_held = !std::ranges::all_of(forecast.parameters, &TuningForecast::Parameter::identifiable);
+  if (any_held) table.columns.push_back({"held, because", ColumnAlign::words});
   for (const TuningForecast::Parameter& p : forecast.parameters) {
-    const std::string error =
-        std::isnan(p.relative_error) ? "–" : number_text(100.0 * p.relative_error, 3) + " %";
-    table.add({p.name, error, steps_cell(p.steps_for_10_percent),
-               p.identifiable ? TableCell("") : TableCell("held: " + p.reason, CellTone::caution)});
+    std::vector<TableCell> row{tuned_name(p.name), error_text(p.relative_error),
+                               steps_cell(p.steps_for_10_percent)};
+    if (any_held) row.push_back(p.identifiable ? TableCell("") : TableCell(p.reason, CellTone::caution));
+    table.add(std::move(row));
   }
+  for (std::string& note : root_notes(forecast)) table.notes.push_back(std::move(note));
   return table;
 }
 
@@ -93,12 +126,13 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
   for (const TunedParameter& p : t.parameters) {
     const std::string limits =
         std::isnan(p.lower) ? p.reason : "only within " + tuned_interval_text(p.lower, p.upper);
-    table.add({p.name, TableCell(p.before),
+    table.add({tuned_name(p.name), TableCell(p.before),
                p.identifiable ? TableCell(p.value) : TableCell("not identifiable", CellTone::caution),
                p.identifiable ? tuned_interval_text(p.lower, p.upper) : limits,
                tuned_interval_text(p.bootstrap_lower, p.bootstrap_upper),
                steps_cell(p.steps_for_10_percent)});
   }
+  for (std::string& note : root_notes(t.forecast)) table.notes.push_back(std::move(note));
   return table;
 }
 

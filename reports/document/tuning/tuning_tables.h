@@ -14,6 +14,9 @@ namespace credence::internal {
 /// The number, or a dash for NaN.
 std::string or_dash(double value, int significant = 4);
 
+/// A parameter as a table has it: "noise.speed_std (m/s)", with the unit of the key of that name.
+std::string tuned_name(const std::string& name);
+
 /// "0.08 … 0.12", or a dash for NaN.
 std::string tuned_interval_text(double lower, double upper);
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/nan.h"
+
 namespace credence::internal {
 namespace {
 
@@ -130,7 +132,7 @@ Calibration by_sigma(std::uint64_t seed, double of_small, double of_large, bool 
   std::uniform_int_distribution<int> coin(0, 1);
   CalibrationRecorder recorder;
   for (int run = 0; run < 40; ++run) {
-    recorder.begin_run({.states = {"x"}, .angles = {false}}, "run");
+    recorder.begin_run({.states = {"x"}, .angles = {false}, .units = {"m/s"}}, "run");
     for (int k = 0; k < 20; ++k) {
       const bool small = coin(random) == 0;
       const double sigma = small || !varies ? 0.5 : 2.0;
@@ -143,7 +145,8 @@ Calibration by_sigma(std::uint64_t seed, double of_small, double of_large, bool 
     }
   }
   const std::vector<CalibrationRun> runs = recorder.take();
-  return judge_calibration(runs, recorder.parts(), recorder.layout().states, 0.95);
+  return judge_calibration(runs, recorder.parts(), recorder.layout().states, 0.95, kNaN,
+                           state_units(recorder.layout()));
 }
 
 // ½ · 1.6 + ½ · 0.4 = 1, and yet every row is wrong.
@@ -152,10 +155,10 @@ TEST(Calibration, ClaimedSigmaTellsWhatIsRightOnAverage) {
   EXPECT_LT(c.whole.factor.lower, 1.0);
   EXPECT_GT(c.whole.factor.upper, 1.0);
   EXPECT_LT(c.claimed_sigma.optimistic.p_value, 1e-4);
-  EXPECT_EQ(c.claimed_sigma.optimistic.in, "x where its σ is 0.316 to 0.562");
+  EXPECT_EQ(c.claimed_sigma.optimistic.in, "x where its σ is 0.316 to 0.562 m/s");
   EXPECT_NEAR(c.claimed_sigma.optimistic.factor.mean, 1.6, 0.57);  // 5 √(2/400) of it
   EXPECT_LT(c.claimed_sigma.pessimistic.p_value, 1e-6);
-  EXPECT_EQ(c.claimed_sigma.pessimistic.in, "x where its σ is 1.78 to 3.16");
+  EXPECT_EQ(c.claimed_sigma.pessimistic.in, "x where its σ is 1.78 to 3.16 m/s");
   EXPECT_EQ(c.claimed_sigma.units, 40);
 }
 

@@ -61,6 +61,19 @@ INSTANTIATE_TEST_SUITE_P(Paper, FigureCase,
                                           testing::Values(FilterInflation::none, FilterInflation::full,
                                                           FilterInflation::map)));
 
+// A sweep does not look along its runs, `run` does.
+TEST(StudyAnalysis, OneRunIsNotConsistentUnlessTestedAlongItself) {
+  Scenario scenario = monobot(2, 0, FilterInflation::none, 1);
+  scenario.study.steps = 40;
+  StudyAnalysis a = study(scenario);
+  EXPECT_EQ(a.nees.verdict, Verdict::undecided);
+  EXPECT_EQ(a.word.verdict, Verdict::undecided);
+  add_judgement(a, *make_experiment(scenario));
+  EXPECT_EQ(a.nees.verdict, a.judgement->nees.verdict);
+  EXPECT_EQ(a.nees.reason, a.judgement->nees.reason);
+  EXPECT_EQ(a.nees.verdict, a.word.verdict);
+}
+
 TEST(StudyAnalysis, ExactMomentsAreThoseOfTheTheory) {
   // theory, section 6: E[NEES] and E[NIS] after the update of step 100, Q = R = 0.1, P0 = I.
   const std::vector<std::tuple<Index, Index, FilterInflation, double, double>> rows = {

@@ -62,6 +62,7 @@ TEST(SelftestTests, TheIntervalOfTheScoreMissesWhatAWrongFilterClaims) {
 
 TEST(SelftestTests, TheIntervalOfTheRmseMissesWhatAWrongFilterClaims) {
   const ShippedStudy exact(Defect::none), wrong(Defect::measurement_noise_too_small);
+  ASSERT_FALSE(exact.evidence.blocks.empty());
   for (const BlockSums& block : exact.evidence.blocks) {
     const std::string name = "interval of the RMSE of " + block.name;
     EXPECT_GE(exact[name].p_value, 0.05) << name;

@@ -104,9 +104,9 @@ TEST(StudyPlan, TheWordTakesMoreRunsAsItHasAShareForEachVerdict) {
   const StudyPlan plan = plan_study(scenario, *experiment, {.factor = 1.3, .threads = 1, .evidence = false});
   EXPECT_EQ(plan.pilot.evidence_runs, 0) << "a sweep takes none";
   EXPECT_EQ(plan.pilot.seconds_for(10), 10 * plan.pilot.seconds_per_run);
-  // NEES 4 of 11, NIS 2 of 11 parts of 5 %.
-  const std::pair<const VerdictPlan*, double> verdicts[] = {{&plan.nees, 4.0 / 11.0},
-                                                            {&plan.nis, 2.0 / 11.0}};
+  // NEES 4 of 13, NIS of two components 1 of 13 parts of 5 %.
+  const std::pair<const VerdictPlan*, double> verdicts[] = {{&plan.nees, 4.0 / 13.0},
+                                                            {&plan.nis, 1.0 / 13.0}};
   for (const auto& [verdict, share] : verdicts) {
     VerdictDesign design = verdict->design;
     design.confidence = 1.0 - 0.05 * share;

@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/nan.h"
+
 namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-Figure figure_with_a_panel(const std::string& name) { return {.name = name, .panels = {Panel{}}}; }
+Figure figure_with_a_panel(const std::string& name) {
+  return {.name = name, .panels = {{.series = {line_series("", ColourRole::first, {1, 2}, {3, 4})}}}};
+}
 
 std::vector<std::string> anchors_of(const Document& document) {
   std::vector<std::string> anchors;
@@ -58,6 +62,9 @@ TEST(Document, LeavesOutWhatShowsNothing) {
   Document document;
   document.figure({.name = "a"});
   document.figures({{.name = "a"}, {.name = "b"}});
+  Figure without_numbers = figure_with_a_panel("a");
+  without_numbers.panels[0].series[0].y = {kNaN, kNaN};
+  document.figure(without_numbers);
   document.bullets({});
   EXPECT_THAT(document.parts(), IsEmpty());
   document.figure(figure_with_a_panel("a"));

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "reports/render/atomic_file.h"
 #include "reports/render/write_document.h"
@@ -52,6 +53,33 @@ TEST(ReportIndex, IsAPageThatLeadsToThem) {
   EXPECT_THAT(folder.read("reports.html"), HasSubstr("<a href=\"a%20b/index.html\">a b</a>"));
   EXPECT_THAT(folder.read("reports.html"), HasSubstr("All is well."));
   EXPECT_EQ(write_report_index(folder.path()), 1u) << "the index itself is no report";
+}
+
+// One folder in another, each of which is held open.
+TEST(ReportIndex, AFolderThatCannotBeReadDoesNotEndItWithoutAWord) {
+  const TemporaryFolder folder;
+  std::filesystem::path deep = folder.path();
+  for (int i = 0; i < 64; ++i) deep /= "d";
+  write_report(deep, "First", "All is well");
+  ASSERT_EQ(find_reports(folder.path()).size(), 1u);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = 32;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  EXPECT_THROW(find_reports(folder.path()), OutputError);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+}
+
+TEST(ReportIndex, APageKeepsWhatAuthorsOfScenariosSay) {
+  const TemporaryFolder folder;
+  Document document("Two");
+  document.descriptions = {{"a", "Says \"a\" & <b>."}, {"a & b", "Of both."}};
+  write_document(document, folder.path());
+  EXPECT_EQ(description_of_page(folder / "index.html", "a"), "Says \"a\" & <b>.");
+  EXPECT_EQ(description_of_page(folder / "index.html", "a & b"), "Of both.");
+  EXPECT_EQ(description_of_page(folder / "index.html", "b"), "");
+  EXPECT_EQ(description_of_page(folder / "none.html", "a"), "");
 }
 
 TEST(ReportIndex, NamesAFolderThatIsNotThere) { EXPECT_THROW(find_reports("/no such folder"), OutputError); }

@@ -64,6 +64,29 @@ TEST(VerdictText, ColoursWhatMustNotBeTrusted) {
   }
 }
 
+TEST(VerdictText, ARunIsOneAndSeveralAreMany) {
+  EXPECT_EQ(failed_text(2, 6), "2 of 6 runs failed");
+  EXPECT_EQ(failed_text(1, 1), "the only run failed");
+  const std::string converged =
+      " the filter's iteration stopped before it had converged; its last iterate is used there.";
+  const std::vector<RunNotConverged> one = {{.run = 0, .steps = 1}};
+  EXPECT_EQ(not_converged_sentence(one, 5), "In 1 step of 1 of 5 runs (run 0)" + converged);
+  EXPECT_EQ(not_converged_sentence(one, 1), "In 1 step of the only run" + converged);
+  std::vector<RunNotConverged> many = {{.run = 5, .steps = 3}, {.run = 7, .steps = 4}};
+  EXPECT_EQ(not_converged_sentence(many, 9), "In 7 steps of 2 of 9 runs (runs 5, 7)" + converged);
+  many.resize(6, {.run = 8, .steps = 1});
+  EXPECT_EQ(not_converged_sentence(many, 9),
+            "In 11 steps of 6 of 9 runs (runs 5, 7, 8, 8, 8, …)" + converged);
+  EXPECT_EQ(not_converged_sentence({}, 9), "");
+}
+
+TEST(VerdictText, AFilterHasTheFactorsOnItsNoise) {
+  FilterSettings filter;
+  filter.process_scale = 1e-9;
+  filter.measurement_scale = 0.25;
+  EXPECT_EQ(filter_text(filter), "none, Q × 1e−9, R × 0.25");
+}
+
 TEST(VerdictText, OfWhatIsUndecidedItSaysWhy) {
   ConsistencyVerdict verdict;
   verdict.reason = "no values";

@@ -98,6 +98,12 @@ TEST(CairoCanvas, APngHasThreeHundredDotsPerInch) {
   EXPECT_EQ(example({.format = CairoCanvas::Format::png}), png);
 }
 
+TEST(CairoCanvas, APngTooHighForCairoIsDrawnSmaller) {
+  const std::string png = CairoCanvas(10.0, 20'000.0, "", {.format = CairoCanvas::Format::png}).finish();
+  ASSERT_TRUE(png.starts_with("\x89PNG\r\n\x1a\n"));
+  EXPECT_EQ(big_endian(png, 20), 32'000u);
+}
+
 TEST(CairoCanvas, LettersWithSerifsAreOthers) { EXPECT_NE(example({.serif = true}), example_pdf()); }
 
 }  // namespace

@@ -212,6 +212,25 @@ TEST(DrawFigures, PanelsOfOneColumnStandBelowEachOther) {
   EXPECT_NEAR(page_of(pdf_of(figure, {.width = PaperStyle::Width::two_columns})).first, 7.16 * 72.0, 1e-3);
 }
 
+// Of one column names and colour bar left a seventh to the cells.
+TEST(DrawFigures, APanelOfLongNamesHasTwoColumnsOfText) {
+  Figure figure = figure_of({heat_series({1, 2}, {1, 2}, Matrix::Identity(2, 2))});
+  EXPECT_NEAR(page_of(pdf_of(figure)).first, 3.5 * 72.0, 1e-3);
+  figure.panels[0].y_names = {"sensors that share a part of their noise", "none"};
+  EXPECT_NEAR(page_of(pdf_of(figure)).first, 7.16 * 72.0, 1e-3);
+  EXPECT_NEAR(page_of(pdf_of(figure, {.width = PaperStyle::Width::one_column})).first, 3.5 * 72.0, 1e-3)
+      << "as was asked for";
+}
+
+TEST(DrawFigures, AsManyPanelsAsThereMayBeAreDrawnInOneColumn) {
+  Figure figure = figure_of({simple_line()});
+  figure.panels.resize(kMostPanels, figure.panels[0]);
+  arrange(figure);
+  const TemporaryFolder folder;
+  const std::vector<std::string> words{"png", "one-column"};
+  EXPECT_NO_THROW(draw_all(std::span(&figure, 1), {folder.path(), paper_style(words)}));
+}
+
 TEST(DrawFigures, AFolderThatCannotBeMadeIsAnError) {
   const std::vector<Figure> figures{figure_of({simple_line()})};
   EXPECT_THROW(draw_all(figures, std::filesystem::path("/dev/null/folder")), OutputError);

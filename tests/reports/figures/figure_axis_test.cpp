@@ -57,6 +57,21 @@ TEST(FigureAxis, TicksAreRoundAndShareTheirDecimals) {
   EXPECT_THAT(labels(make_axis({4512345, 4512395}, false, 3)), ElementsAre("4512360", "4512380"));
 }
 
+TEST(FigureAxis, BetweenWholeNumbersThereAreNoTicks) {
+  EXPECT_THAT(labels(make_axis({1, 3}, false, 5)), ElementsAre("1.0", "1.5", "2.0", "2.5", "3.0"));
+  EXPECT_THAT(labels(make_axis({1, 3}, false, 5, true)), ElementsAre("1", "2", "3"));
+  EXPECT_THAT(labels(make_axis({0, 100}, false, 5, true)), ElementsAre("0", "20", "40", "60", "80", "100"));
+  const auto whole = [](FigureData x) {
+    const FigureData y(x.size(), 1.0);
+    return has_whole_x(panel_of(line_series("", ColourRole::first, std::move(x), y)));
+  };
+  EXPECT_TRUE(whole({1, 2, 3}));
+  EXPECT_TRUE(whole({1, std::numeric_limits<double>::quiet_NaN(), 3}));
+  EXPECT_FALSE(whole({1, 2.5, 3}));
+  EXPECT_FALSE(whole({}));
+  EXPECT_FALSE(has_whole_x(panel_of(level_series("", ColourRole::first, 1.0))));
+}
+
 TEST(FigureAxis, ExtremeMagnitudesArePowers) {
   EXPECT_THAT(labels(make_axis({0, 2e-5}, false, 2)), ElementsAre("0", "1×10^{−5}", "2×10^{−5}"));
   EXPECT_THAT(labels(make_axis({-1.5e10, 0}, false, 3)),

@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/nan.h"
 #include "reports/figures/figure_text.h"
 
 namespace credence::internal {
@@ -90,6 +91,46 @@ TEST(FigureLayout, ALegendThatTellsNothingNewIsLeftOut) {
   EXPECT_EQ(changed([](Series& s) { s.stroke = StrokeStyle::dotted; }), (Entries{3, 3}));
   EXPECT_EQ(changed([](Series& s) { s.kind = SeriesKind::points; }), (Entries{3, 3}));
   EXPECT_EQ(changed([](Series& s) { s.kind = SeriesKind::steps; }), (Entries{3, 0})) << "a line, too";
+}
+
+TEST(FigureLayout, WhatCannotBeDrawnIsNotInTheLegend) {
+  Panel panel = panel_with(3, "y");
+  panel.series[1].y = {kNaN, kNaN};
+  const FigureLayout layout = lay_out(grid(1, 1, {panel}), 600);
+  const std::vector<LegendEntry>& entries = layout.panels[0].legend;
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(entries[0].series, 0U);
+  EXPECT_EQ(entries[1].series, 2U);
+}
+
+TEST(FigureLayout, AnOutlineIsNoLineInTheLegend) {
+  Panel panel = panel_with(1, "y");
+  panel.series.push_back(panel.series[0]);
+  panel.series[1].kind = SeriesKind::polygon;
+  EXPECT_TRUE(legend_sample(panel.series[0]).line);
+  EXPECT_FALSE(legend_sample(panel.series[0]).outline);
+  EXPECT_FALSE(legend_sample(panel.series[1]).line);
+  EXPECT_TRUE(legend_sample(panel.series[1]).outline);
+  panel.series[1].filled = true;
+  EXPECT_FALSE(legend_sample(panel.series[1]).outline);
+  EXPECT_TRUE(legend_sample(panel.series[1]).area);
+}
+
+TEST(FigureLayout, VerticalLabelsHaveTheHeightThatTheyNeed) {
+  const std::string words = "its time per step (µs); grey: none stays consistent";
+  Panel heat;
+  heat.series = {heat_series({1, 2}, {1, 2}, Matrix::Identity(2, 2))};
+  const auto layout_of = [&] { return lay_out(grid(1, 1, {heat}), 378).panels[0]; };
+  EXPECT_LT(layout_of().box.height(), text_width(words) - 40.0) << "else there is nothing to see to";
+  heat.colour_label = words;
+  const double half = 0.5 * text_width(words);
+  for (int of_axis = 0; of_axis < 2; ++of_axis) {
+    const PanelLayout panel = layout_of();
+    const double middle = 0.5 * (panel.box.top + panel.box.bottom);
+    EXPECT_GE(middle - half, panel.cell.top - 5.0);  // letters are narrower than their widest font
+    EXPECT_LE(middle + half, panel.cell.bottom);
+    std::swap(heat.colour_label, heat.y_label);
+  }
 }
 
 TEST(FigureLayout, MarkersOnLinesTellWhatLinesAre) {

@@ -206,6 +206,8 @@ TEST(FigurePainter, EverySeriesStandsInTheLegendWithItsSwatch) {
 TEST(FigurePainter, BoundsAreDashedAndTruthIsSolid) {
   const auto all = painted({line_series("", ColourRole::bound, {0, 1}, {0, 1}),
                             line_series("", ColourRole::truth, {0, 1}, {1, 0})});
+  EXPECT_EQ(all->canvas.lines_of(ColourRole::bound).size(), 1u);
+  EXPECT_EQ(all->canvas.lines_of(ColourRole::truth).size(), 1u);
   for (const auto& line : all->canvas.lines) {
     const bool is_bound = line.pen.rgb == style_of(ColourRole::bound).rgb;
     EXPECT_EQ(line.pen.stroke, is_bound ? StrokeStyle::dashed : StrokeStyle::solid);

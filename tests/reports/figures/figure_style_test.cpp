@@ -81,6 +81,8 @@ TEST(ColourScale, EndsMiddleAndMissingValues) {
   EXPECT_EQ(colour_of(0.5, ColourScale::diverging), 0xF5F5F5u);
   EXPECT_EQ(colour_of(-3.0, ColourScale::diverging), diverging_colours().front());
   EXPECT_EQ(colour_of(7.0, ColourScale::diverging), diverging_colours().back());
+  EXPECT_EQ(colour_of(0.0, ColourScale::rising), 0xF5F5F5u) << "nothing is white";
+  EXPECT_EQ(colour_of(1.0, ColourScale::rising), diverging_colours().back());
   EXPECT_EQ(colour_of(kNaN, ColourScale::sequential), kMissingColour);
 }
 

@@ -101,6 +101,51 @@ TEST(Figure, RefusesImpossibleRangesGridsAndNames) {
   }
 }
 
+TEST(Figure, ManyPanelsWrapAndOfTooManyTheFirstStay) {
+  const auto arranged = [](std::size_t panels, int columns) {
+    Figure figure = figure_of(level_series("", ColourRole::bound, 1.0));
+    figure.panels.resize(panels, figure.panels[0]);
+    arrange(figure, columns);
+    EXPECT_EQ(problem_of(figure), "") << panels;
+    return figure;
+  };
+  EXPECT_EQ(arranged(4, 3).cols, 2);
+  EXPECT_EQ(arranged(9, 3).cols, 3);
+  EXPECT_EQ(arranged(9, 3).rows, 3);
+  EXPECT_EQ(arranged(9, 2).rows, 5);
+  EXPECT_EQ(arranged(kMostPanels, 1).caption, "");
+  const Figure many = arranged(kMostPanels + 2, 3);
+  EXPECT_EQ(many.panels.size(), kMostPanels);
+  EXPECT_EQ(many.caption, " Of 42 panels the first 40 are shown.");
+}
+
+TEST(Figure, HasDataWhereSomethingButALevelCanBeDrawn) {
+  const auto drawn = [](const Series& series, bool log_y = false) {
+    Figure figure = figure_of(series);
+    figure.panels[0].log_y = log_y;
+    EXPECT_EQ(has_data(figure), has_data(figure.panels[0]));
+    return has_data(figure);
+  };
+  const FigureData x{1, 2}, y{kNaN, 3}, none{kNaN, kNaN};
+  EXPECT_TRUE(drawn(line_series("", ColourRole::first, x, y)));
+  EXPECT_FALSE(drawn(line_series("", ColourRole::first, x, none)));
+  EXPECT_FALSE(drawn(line_series("", ColourRole::first, {kNaN, kNaN}, {1, 2})));
+  EXPECT_FALSE(drawn(line_series("", ColourRole::first, {1, kNaN}, y))) << "no point has both";
+  EXPECT_TRUE(drawn(point_series("", ColourRole::first, x, {-1, 0})));
+  EXPECT_FALSE(drawn(point_series("", ColourRole::first, x, {-1, 0}), true)) << "a logarithmic axis";
+  EXPECT_TRUE(drawn(band_series("", ColourRole::first, x, y, y)));
+  EXPECT_FALSE(drawn(band_series("", ColourRole::first, x, y, none)));
+  EXPECT_TRUE(drawn(error_bar_series("", ColourRole::first, x, y, none, none))) << "its marker";
+  EXPECT_TRUE(drawn(heat_series({1}, {1, 2}, Matrix{{kNaN}, {1.0}})));
+  EXPECT_FALSE(drawn(heat_series({1}, {1, 2}, Matrix::Constant(2, 1, kNaN))));
+  EXPECT_FALSE(drawn(level_series("", ColourRole::first, 1.0)));
+  EXPECT_FALSE(drawn(upright_series("", ColourRole::first, 1.0)));
+  const Panel panel;
+  EXPECT_TRUE(has_data(panel, level_series("", ColourRole::first, 1.0)));
+  EXPECT_FALSE(has_data(panel, level_series("", ColourRole::first, kNaN)));
+  EXPECT_FALSE(has_data(Figure{}));
+}
+
 // Points of the ellipse satisfy (p - m)ᵀ C⁻¹ (p - m) = k².
 TEST(Ellipse, LiesAtKSigma) {
   Eigen::Matrix2d covariance;

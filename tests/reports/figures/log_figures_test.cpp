@@ -39,7 +39,7 @@ TEST(LogFigures, HaveNeesAndNisOfTheJudgement) {
   const CheckedLogs logs = synthetic_logs(Defect::none);
   const Figure figure = log_figure(logs, "consistency");
   EXPECT_NO_THROW(validate(figure));
-  EXPECT_THAT(panel_titles(figure), ElementsAre("ANEES", "NIS"));
+  EXPECT_THAT(panel_titles(figure), ElementsAre("NEES", "NIS"));
   EXPECT_EQ(figure.cols, 2);
   EXPECT_THAT(figure.caption, HasSubstr("NEES and NIS, means over 32 runs"));
   EXPECT_THAT(figure.caption, HasSubstr("at 95 % of single steps"));
@@ -57,7 +57,7 @@ TEST(LogFigures, EverySensorHasItsOwnPanelOfNis) {
   const CheckedLogs logs = synthetic_logs(Defect::shared_prior);
   const Figure figure = log_figure(logs, "consistency");
   EXPECT_NO_THROW(validate(figure));
-  EXPECT_THAT(panel_titles(figure), ElementsAre("ANEES", "NIS of landmark", "NIS of compass"));
+  EXPECT_THAT(panel_titles(figure), ElementsAre("NEES", "NIS of landmark", "NIS of compass"));
   EXPECT_EQ(figure.panels[2].series.back().y[7], logs.analysis.judgement.sensors[1].nis.steps[7].mean);
 }
 

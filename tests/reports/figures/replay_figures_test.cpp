@@ -61,6 +61,13 @@ const Panel& panel_named(const Figure& figure, const std::string& title) {
   return *found;
 }
 
+// "‖" is in none of the fonts that PDFs are drawn with.
+TEST(ReplayFigures, NormsAreWrittenInLettersOfEveryFont) {
+  const Figure figure = replay_run_figure("r", "", short_replay());
+  EXPECT_EQ(panel_named(figure, "Gain of the range").y_label.text, "|K| (m/m)");
+  EXPECT_EQ(panel_named(figure, "Gain of the bearing").y_label.text, "|K| (m/rad)");
+}
+
 TEST(ReplayFigures, ErrorsAreEstimateMinusTruthWithTwoSigma) {
   const Figure figure = replay_run_figure("r", "c", short_replay());
   EXPECT_NO_THROW(validate(figure));

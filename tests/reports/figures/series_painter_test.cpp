@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "core/nan.h"
+#include "reports/figures/figure_clip.h"
+#include "reports/figures/figure_text.h"
 #include "tests/reports/figures/recording_canvas.h"
 
 namespace credence::internal {
@@ -22,6 +24,7 @@ struct SeriesOnPaper {
     layout.y.range = {0.0, 5.0};
     layout.colour.range = {0.0, 1.0};
     SeriesPainter painter(layout, canvas);
+    painter.keep_clear({.series = all});
     for (const Series& series : all) painter.paint(series);
     has_painted = painter.has_painted();
   }
@@ -90,6 +93,51 @@ TEST(SeriesPainter, WordsThatWouldLieOnOthersStandInAnotherCorner) {
   EXPECT_EQ(words[3].at, (CanvasPoint{115, 85})) << "nothing is near";
 }
 
+// Fifteen estimators, most of which do as well as each other.
+TEST(SeriesPainter, WordsOfACrowdStandApartAndAreLedTo) {
+  std::vector<Series> crowd;
+  for (int i = 0; i < 12; ++i) {
+    const double x = 5.0 + 0.05 * i, y = 2.5 + 0.02 * (i % 3);
+    crowd.push_back(error_bar_series("", ColourRole::first, {x}, {y}, {y - 1.0}, {y + 1.0}));
+    crowd.push_back(text_series(ColourRole::second, {x}, {y}, {std::to_string(i + 1)}));
+  }
+  const SeriesOnPaper paper(crowd);
+  const auto& words = paper.canvas.words;
+  ASSERT_THAT(words, SizeIs(12));
+  const auto box_of = [](const RecordingCanvas::Words& w) {
+    const double width = text_width(w.text);
+    const double left = w.lettering.anchor == TextAnchor::end ? w.at.x - width : w.at.x;
+    return CanvasBox{left, left + width, w.at.y - 9.0, w.at.y + 3.0};
+  };
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const CanvasBox a = box_of(words[i]);
+    EXPECT_TRUE(is_inside({a.left, a.top}, paper.layout.box)) << i;
+    EXPECT_TRUE(is_inside({a.right, a.bottom}, paper.layout.box)) << i;
+    for (std::size_t j = 0; j < i; ++j) {
+      const CanvasBox b = box_of(words[j]);
+      EXPECT_FALSE(a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+          << words[i].text << " lies on " << words[j].text;
+    }
+  }
+  const auto leads = paper.canvas.lines_of(ColourRole::second);
+  EXPECT_GT(leads.size(), 4U) << "few of them have a place beside their point";
+  for (const CanvasPath& lead : leads) {
+    ASSERT_THAT(lead, SizeIs(2));
+    EXPECT_GE(lead[0].x, 150.0);
+    EXPECT_LE(lead[0].x, 155.5) << "from the point";
+  }
+}
+
+TEST(SeriesPainter, WordsKeepOffTheMarkersOfOthers) {
+  const auto beside = [](double other) {
+    const SeriesOnPaper paper({text_series(ColourRole::first, {5}, {3}, {"12"}),
+                               point_series("", ColourRole::second, {5, other}, {3, 3.5})});
+    return paper.canvas.words.at(0).at;
+  };
+  EXPECT_EQ(beside(2.0), (CanvasPoint{155, 85})) << "nothing is near";
+  EXPECT_GT(beside(6.0).y, 90.0) << "below";
+}
+
 TEST(SeriesPainter, ABandIsAnAreaForEachUnbrokenStretch) {
   const SeriesOnPaper paper(
       {band_series("", ColourRole::estimate, {0, 2, 4, 6, 8}, {1, 1, kNaN, 0, 0}, {2, 3, 3, 1, 2})});
@@ -151,6 +199,9 @@ TEST(SeriesPainter, TheLegendHasASampleOfEachKind) {
   const auto line = sample_of(step_series("", ColourRole::bound, {0}, {0}));
   EXPECT_THAT(line->lines_of(ColourRole::bound), ElementsAre(CanvasPath{{20, 40}, {50, 40}}));
   EXPECT_EQ(line->lines[0].pen.stroke, style_of(ColourRole::bound).stroke);
+  const auto outline = sample_of(polygon_series("", ColourRole::bound, {0}, {0}));
+  ASSERT_THAT(outline->lines_of(ColourRole::bound), SizeIs(1));
+  EXPECT_EQ(outline->lines[0].path.front(), outline->lines[0].path.back()) << "a closed one";
   Series points = point_series("", ColourRole::bound, {0}, {0});
   points.marker = MarkerShape::dot;
   EXPECT_THAT(sample_of(points)->lines_of(ColourRole::bound), ElementsAre(CanvasPath{{35, 40}}));

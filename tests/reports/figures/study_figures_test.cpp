@@ -227,7 +227,7 @@ TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
                     .simultaneous_upper = 3.0,
                     .count = 10,
                     .total_dof = 20.0}};
-  const Panel panel = verdict_panel("ANEES", "mean NEES", verdict, {2.0, 2.0});
+  const Panel panel = verdict_panel("NEES", "mean NEES", verdict, {2.0, 2.0});
   EXPECT_NO_THROW(validate({.name = "v", .panels = {panel}}));
   const Series* mean = find_series(panel, "measured mean");
   EXPECT_THAT(mean->x, ElementsAre(1.0, 6.0, 11.0));
@@ -242,7 +242,7 @@ TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
   EXPECT_FALSE(panel.log_y);
   ConsistencyVerdict diverged = verdict;
   diverged.steps[0].mean = 1e9;
-  const Panel far = verdict_panel("ANEES", "mean NEES", diverged, {});
+  const Panel far = verdict_panel("NEES", "mean NEES", diverged, {});
   EXPECT_NO_THROW(validate({.name = "v", .panels = {far}}));
   EXPECT_TRUE(far.log_y) << "the bounds would lie on the axis";
   EXPECT_LT(far.y_range->low, 1.0);
@@ -289,8 +289,25 @@ TEST(StudyFigures, MeansFarBelowTheirBoundsAreNoLineOnZero) {
   EXPECT_TRUE(low.log_y);
   EXPECT_LT(low.y_range.value().low, 0.002);
   EXPECT_GT(low.y_range.value().high, 3.0);
+  // NIS of 0.135 of 2 under bounds of 22, as of a replay.
+  EXPECT_TRUE(verdict_panel("NIS", "mean NIS", verdict_over_steps({0.1, 0.2, 0.105}, {2.0}), {}).log_y);
   // One small value among others is not.
   EXPECT_FALSE(verdict_panel("NIS", "mean NIS", verdict_over_steps({0.002, 2.0, 3.0}, {2.0}), {}).log_y);
+}
+
+TEST(StudyFigures, MeansThatALogarithmicAxisCutsOffAreTold) {
+  const auto caption = [](const std::vector<double>& means) {
+    Figure figure{.name = "v",
+                  .caption = "C.",
+                  .panels = {verdict_panel("NIS", "mean NIS", verdict_over_steps(means, {2.0}), {})}};
+    tell_cut_means(figure);
+    return figure.caption;
+  };
+  EXPECT_EQ(caption({0.002, 0.004, 0.003}), "C.");
+  EXPECT_EQ(caption({0.002, 1e-9, 0.003}), "C. Means below a logarithmic axis are cut off.");
+  EXPECT_EQ(caption({0.0, 2.0, 3.0}), "C.") << "a linear axis";
+  EXPECT_EQ(caption({1e6, 0.05, 3.0}), "C.") << "the axis of means far above reaches down to others";
+  EXPECT_EQ(caption({1e6, 1e-6, 3.0}), "C. Means below a logarithmic axis are cut off.");
 }
 
 TEST(StudyFigures, ErrorsHaveTheUnitOfTheirState) {

@@ -81,6 +81,44 @@ TEST(TuneFigures, ThePresentValueIsDrawnWhereItIsNear) {
   EXPECT_TRUE(has_present(far.panels[1]));
 }
 
+/// −½ |φ|² of so many factors.
+class SphereScore final : public ScoreModel {
+ public:
+  explicit SphereScore(Index count) : count_(count) {}
+  Index parameters() const override { return count_; }
+  std::vector<std::string> names() const override {
+    std::vector<std::string> all;
+    for (Index i = 0; i < count_; ++i) all.push_back("p" + std::to_string(i));
+    return all;
+  }
+  std::vector<NoiseValue> values(const Vector& /*phi*/) const override { return {}; }
+  Index units() const override { return 1; }
+  bool has_gradient() const override { return true; }
+  UnitScores scores(const Vector& phi, bool gradient) const override {
+    UnitScores scores;
+    scores.value = Vector::Constant(1, -0.5 * phi.squaredNorm());
+    if (gradient) scores.gradient = -phi;
+    scores.nis = scores.lag_one = Vector::Ones(1);
+    scores.steps = scores.dof = 1.0;
+    return scores;
+  }
+  Matrix expected_information(const Vector& /*phi*/) const override {
+    return Matrix::Identity(count_, count_);
+  }
+
+ private:
+  Index count_;
+};
+
+TEST(TuneFigures, ProfilesOfManyParametersCanBeDrawn) {
+  const SphereScore score(42);
+  const Figure figure = tune_profile_figure(score, tune(score, Vector::Zero(42)), thousandth);
+  EXPECT_NO_THROW(validate(figure));
+  EXPECT_EQ(figure.cols, 2);
+  EXPECT_EQ(figure.panels.size(), kMostPanels);
+  EXPECT_THAT(figure.caption, testing::EndsWith(" Of 42 parameters the first 40 are shown."));
+}
+
 TEST(TuneFigures, TheMapOfTwoSaysWhatItHolds) {
   const Scenario scenario = load_scenario_text(
       "[world]\nmodel = \"linear\"\nF = [[1]]\nG = [[1]]\nH = [[1]]\nQ = [[0.04]]\nR = [[1]]\nP0 = [[1]]\n"

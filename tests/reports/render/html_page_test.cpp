@@ -1,5 +1,6 @@
 #include "reports/render/html_page.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +25,7 @@ std::string page_of(const Document& document) { return html_page(document, {}, {
 Figure named_figure(const std::string& name) {
   Figure figure;
   figure.name = name;
-  figure.panels.emplace_back();
+  figure.panels.push_back({.series = {line_series("", ColourRole::first, {1, 2}, {3, 4})}});
   return figure;
 }
 
@@ -234,6 +235,11 @@ TEST(HtmlPage, SaysWhereItComesFrom) {
                            "a machine", "<dt>seed</dt><dd>7</dd>"}) {
     EXPECT_THAT(body, HasSubstr(fact));
   }
+}
+
+TEST(HtmlPage, CellsWithoutAValueAreNoBrightestOnesInTheDark) {
+  EXPECT_THAT(page_of(Document("A page")),
+              HasSubstr(fmt::format("figure svg [fill=\"#{:06x}\"] {{ fill: #757b82; }}", kMissingColour)));
 }
 
 TEST(HtmlPage, PanelsBringTheirNumbers) {

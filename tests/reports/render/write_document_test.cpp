@@ -64,6 +64,20 @@ TEST(WriteDocument, FiguresThatTakeTimeAreMadeWithThePage) {
   EXPECT_FALSE(fs::exists(folder / "figures/empty.svg"));
 }
 
+TEST(WriteDocument, WhatWasCutOffCanBeWrittenAgain) {
+  const TemporaryFolder folder;
+  int writes = 0;
+  Document document("Study");
+  document.link("numbers", "numbers.csv");
+  document.file("numbers.csv", [&](const fs::path& target) {
+    write_file(target, "1,2\n");
+    if (writes++ == 0) throw OutputError("no space");
+  });
+  EXPECT_THROW(write_document(document, folder.path(), {}), OutputError);
+  EXPECT_NO_THROW(write_document(document, folder.path(), {}));
+  EXPECT_EQ(writes, 2);
+}
+
 TEST(WriteDocument, ThePageIsWhatHtmlPageMakes) {
   const TemporaryFolder folder;
   Document document("Study");
@@ -98,11 +112,17 @@ TEST(WriteDocument, AFolderThatCannotBeMadeIsNamed) {
 
 TEST(WriteDocument, ThePageIsWrittenLastAndWhole) {
   const TemporaryFolder folder;
-  write_document(Document("Before"), folder.path(),
+  bool full = false;
+  Document document("Study");
+  document.link("numbers", "numbers.csv");
+  document.file("numbers.csv", [&](const fs::path& target) {
+    if (full) throw OutputError("the disk is full");
+    write_file(target, "1,2\n");
+  });
+  write_document(document, folder.path(),
                  {.version = "1", .commit = "", .command = "", .date = "", .machine = ""});
   const std::string before = folder.read("index.html");
-  Document document("Study");
-  document.file("numbers.csv", [](const fs::path&) { throw OutputError("the disk is full"); });
+  full = true;
   EXPECT_THAT([&] { write_document(document, folder.path(), {}); },
               testing::ThrowsMessage<OutputError>("the disk is full"));
   EXPECT_EQ(folder.read("index.html"), before);

@@ -765,8 +765,14 @@ TEST(CauseRules, LinearisationMayMoveNisByLittle) {
   findings.nis.verdict = Verdict::optimistic;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
   EXPECT_NE(find_causes(findings)[0].why.find("while NIS is 1.02 times the expected one"), std::string::npos);
-  findings.nis.verdict = Verdict::pessimistic;
-  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.nis.mean = 0.98;
+  for (const Verdict verdict : {Verdict::pessimistic, Verdict::mixed}) {
+    findings.nis.verdict = verdict;
+    EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+    EXPECT_THAT(find_causes(findings)[0].why,
+                testing::HasSubstr("while NIS is 0.980 times the expected one"));
+  }
+  findings.nis.mean = 1.02;
   findings.nis.verdict = Verdict::optimistic;
   findings.nees = verdict_of_means(std::vector<double>(40, 1.15), false);
   findings.nees.verdict = Verdict::optimistic;

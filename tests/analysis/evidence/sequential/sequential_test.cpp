@@ -241,6 +241,21 @@ TEST(Sequential, TheSamePrefixGivesTheSameDecision) {
   EXPECT_EQ(a.stop, b.stop);
 }
 
+TEST(Sequential, ThePValueAgreesWithTheVerdict) {
+  const std::vector<double> dofs{200.0};
+  int at_the_last_look = 0, by_e_value = 0;
+  for (int i = 0; i <= 60; ++i) {
+    const std::vector<Moments> nees{{.count = 200, .mean = 1.0 + 0.01 * i, .m2 = 0.0}};
+    const StopDecision d =
+        look({}, {.nees = nees, .nees_dof = dofs, .nis = nees, .nis_dof = dofs, .last = true});
+    EXPECT_EQ(is_inconsistent(d.verdict), d.p_value <= 0.05) << i << ": " << d.p_value;
+    at_the_last_look += d.reason == "max_runs" && is_inconsistent(d.verdict);
+    by_e_value += d.reason == "verdict" && is_inconsistent(d.verdict);
+  }
+  EXPECT_GT(at_the_last_look, 0);
+  EXPECT_GT(by_e_value, 0);
+}
+
 TEST(Sequential, DegenerateStudies) {
   const std::vector<Moments> none(3);
   const std::vector<double> dofs(3, 0.0);

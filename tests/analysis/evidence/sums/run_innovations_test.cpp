@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "analysis/evidence/sums/evidence_bytes.h"
 #include "analysis/laws/chi_square/chi_square.h"
 #include "core/nan.h"
 
@@ -36,6 +37,33 @@ RunLayout layout_of(std::initializer_list<const char*> sensors) {
   RunLayout layout;
   for (const char* name : sensors) layout.sensors.push_back({.name = name, .dim = 1, .piece = 1});
   return layout;
+}
+
+TEST(RunInnovations, AnotherRunHasNothingOfTheOneBefore) {
+  RunLayout layout;
+  layout.sensors = {{.name = "a", .dim = 2, .piece = 2}};
+  const Sensor& sensor = layout.sensors.front();
+  NormalisedInnovation innovation = scalar(1.0);  // one number of two: no pieces can be taken apart
+  RunInnovations first, again;
+  again.begin_step();
+  again.add(sensor, innovation, kNaN, kNaN);
+  again.begin_run();
+  innovation.dof = 2;
+  innovation.complete = true;
+  innovation.nu = innovation.whitened = Vector{{1.0, -2.0}};
+  innovation.variance = Vector::Ones(2);
+  innovation.covariance = Vector::Zero(1);
+  for (int k = 0; k < 10; ++k) {
+    for (RunInnovations* run : {&first, &again}) {
+      run->begin_step();
+      run->add(sensor, innovation, kNaN, kNaN);
+    }
+  }
+  Evidence of_first, of_again;
+  add_innovations_of_run({&first, 1}, layout, of_first);
+  add_innovations_of_run({&again, 1}, layout, of_again);
+  EXPECT_GT(of_first.sensor(sensor).values.count, 0);
+  EXPECT_EQ(to_bytes(of_again), to_bytes(of_first));
 }
 
 TEST(RunInnovations, OfAStepAreThoseThatItHas) {

@@ -16,6 +16,7 @@
 #include "analysis/evidence/verdicts/judgement_settling.h"
 #include "analysis/evidence/verdicts/judgement_word.h"
 #include "analysis/studies/selftest_study.h"
+#include "core/number_text.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence::internal {
@@ -354,6 +355,47 @@ TEST(Judgement, AShortSingleRunIsUndecidedAndSaysWhatWouldSettleIt) {
   EXPECT_EQ(a.word.verdict, Verdict::undecided);
 }
 
+// At one step all errors are too large, so that the share over all steps is nearly as expected.
+TEST(Judgement, ATestOfCoverageNamesTheStepThatDecided) {
+  const Evidence e =
+      logs_of(60, 40, 0.0, 1.0, [](Step& row, int) { row.error *= row.step == 21 ? 5.0 : 1.0; });
+  const Judgement j = judge(e);
+  const auto says = [&](const Judgement& of) {
+    return std::ranges::find(of.tests, "coverage of 3σ", &NamedTest::name)->says;
+  };
+  const CoverageStep& step = j.coverage[2].steps.at(20);
+  EXPECT_THAT(says(j), testing::EndsWith(fmt::format(
+                           "; what decided is step 21, with {} of 60 runs inside and {} % expected",
+                           step.count.inside, number_text(100.0 * step.expected))));
+  EXPECT_THAT(says(judge(logs_of(60, 40, 0.0, 1.0))), testing::EndsWith(" % expected"));
+  EXPECT_THAT(says(judge(logs_of(60, 40, 0.0, 1.0))), testing::Not(testing::HasSubstr("decided")));
+}
+
+// That of the whole state was repeated for each.
+TEST(Judgement, EachBlockOfAShortSingleRunSaysItsOwnRowsAndFactor) {
+  const auto without_bias = [](Step& row, int) {
+    if (row.step <= 30) return;
+    row.states = {0, 1, 2};
+    row.error = Vector(row.error.head(3));
+    row.P = Matrix(row.P.topLeftCorner(3, 3));
+  };
+  const Judgement j = judge(logs_of(1, 60, 0.95, 1.0, without_bias));
+  ASSERT_EQ(j.nees.verdict, Verdict::undecided);
+  int looked_at = 0;
+  for (const BlockVerdict& block : j.blocks) {
+    const ConsistencyVerdict& v = block.verdict;
+    if (v.verdict != Verdict::undecided) continue;
+    ++looked_at;
+    EXPECT_THAT(v.reason, testing::StartsWith(block.name == "bias" ? "one run of 30 rows is worth "
+                                                                   : "one run of 60 rows is worth "));
+    EXPECT_THAT(v.reason, testing::EndsWith(fmt::format(" runs like it would tell whether the factor {} seen "
+                                                        "is real",
+                                                        number_text(v.mean / v.expected, 3))))
+        << block.name;
+  }
+  EXPECT_GE(looked_at, 3);
+}
+
 /// A right filter of nine states whose errors are white and one whose error lasts for hundreds of rows.
 Evidence one_slow_state(int runs, unsigned seed) {
   constexpr Index kStates = 10;
@@ -631,6 +673,9 @@ TEST(Judgement, RunsThatFailedLeaveTheWordOpen) {
   EXPECT_EQ(with_failures(2, 0.5).word.verdict, Verdict::undecided) << "not pessimistic either";
   EXPECT_EQ(with_failures(2, 2.0).word.verdict, Verdict::optimistic);
   EXPECT_EQ(with_failures(20, 1.0).nees.reason, "20 of 20 runs failed");
+  Evidence one = logs_of(1, 400, 0.0, 1.0);
+  one.study.failures.push_back({.run = 0, .step = 401, .outcome = Outcome::diverged});
+  EXPECT_EQ(judge(one).nees.reason, "the only run failed");
 }
 
 /// Of an exact filter, whose two states oscillate undamped with a period of 50 rows.
@@ -1012,6 +1057,28 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
       << coloured.nees.reason;
 }
 
+// Each run takes its mean off, which is a correlation of −1/40 at every lag.
+TEST(Judgement, NisAloneOfManyShortRunsIsAsWhiteAsOfOne) {
+  constexpr int kStudies = 60, kRuns = 100, kSteps = 50;
+  RunLayout layout{.sensors = {{.name = "gps", .dim = 3, .piece = 3, .nis_alone = true}}, .has_truth = false};
+  std::mt19937_64 random(11);
+  std::chi_squared_distribution<double> chi_square(3.0);
+  int coloured = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    EvidenceRecorder recorder(layout);
+    for (int run = 0; run < kRuns; ++run) {
+      recorder.begin_run();
+      Step row;
+      for (row.step = 1; row.step <= kSteps; ++row.step) {
+        row.innovations = {nis_alone(chi_square(random))};
+        recorder.add(row);
+      }
+    }
+    coloured += judge(recorder.take()).sensors.at(0).whiteness.p_value <= 0.05;
+  }
+  EXPECT_LE(coloured, kStudies * (0.05 + 5.0 * test::binomial_standard_error(0.05, kStudies)));
+}
+
 // 3 runs of 60 rows cannot be compared; were one row of each all that they tell, it took some 200 runs.
 TEST(Judgement, WhatFewRunsWouldTellIsByTheCorrelationWithinThem) {
   std::mt19937_64 random(3);
@@ -1178,6 +1245,33 @@ TEST(Judgement, InnovationsThatStayInARunAccuseNoRightS) {
   EXPECT_LE(accused, 5) << "at 2.5 % six or more have probability 5e-4";
   for (std::uint64_t seed = 1; seed <= 5; ++seed)
     EXPECT_EQ(innovations_that_stay(0.4, true, seed).nis.verdict, Verdict::optimistic) << seed;
+}
+
+// One S is too small and the other too large, so that the sum of both is about right.
+TEST(Judgement, WithoutOutliersNoSumOfSensorsIsCalledConsistentThatTheSensorsAreNot) {
+  RunLayout layout{
+      .sensors = {{.name = "gps", .dim = 1, .piece = 1}, {.name = "radar", .dim = 1, .piece = 1}},
+      .has_truth = false};
+  for (const bool outlier : {false, true}) {
+    EvidenceRecorder recorder(layout);
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    for (int run = 0; run < 50; ++run) {
+      recorder.begin_run();
+      Step step;
+      step.innovations = {{Vector(1), Matrix::Identity(1, 1)}, {Vector(1), Matrix::Identity(1, 1)}};
+      for (step.step = 1; step.step <= 50; ++step.step) {
+        step.innovations[0].nu[0] = std::sqrt(1.4) * normal(random);
+        step.innovations[1].nu[0] = std::sqrt(0.6) * normal(random);
+        if (outlier && run == 3 && step.step == 7) step.innovations[0].nu[0] = 20.0;
+        recorder.add(step);
+      }
+    }
+    const Judgement j = judge(recorder.take(), {.sensitivity = true});
+    EXPECT_EQ(j.nis.verdict, Verdict::mixed);
+    EXPECT_EQ(j.sensitivity->nis_outliers, outlier ? 1 : 0);
+    EXPECT_EQ(j.sensitivity->nis.verdict, outlier ? Verdict::undecided : Verdict::mixed);
+  }
 }
 
 TEST(Judgement, AWrongSizeOfCorrelatedInnovationsIsStillSeen) {

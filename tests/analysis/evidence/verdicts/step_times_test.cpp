@@ -32,7 +32,8 @@ TEST(StepTimes, OfSimulatedRunsAreMultiplesOfAStepHoweverLong) {
   const auto times = StepTimes::every(0.25);
   EXPECT_TRUE(times->known() && times->as_told());
   EXPECT_EQ(times->at(4 * kMostSteps + 3), 0.25 * static_cast<double>(4 * kMostSteps + 3));
-  EXPECT_EQ(times->text(188, 188), " (t = 47.0 s)");
+  EXPECT_EQ(times->text(188, 188), " (t = 47.00 s)");
+  EXPECT_EQ(times->text(1, 3), " (t = 0.25 to 0.75 s)");
 }
 
 TEST(StepTimes, AreToldAsTheRunsTellThemInTheDigitsOfAStep) {
@@ -43,6 +44,8 @@ TEST(StepTimes, AreToldAsTheRunsTellThemInTheDigitsOfAStep) {
   EXPECT_EQ(times.text(3, 7), " (t = 0.3 to 0.7 s)");
   EXPECT_EQ(run_at(0.0, 0.005, 10).text(4, 4), " (t = 0.015 s)");
   EXPECT_EQ(run_at(0.0, 2.0, 10).text(4, 4), " (t = 6 s)");
+  EXPECT_EQ(run_at(0.0, 2.5, 10).text(4, 4), " (t = 7.5 s)");
+  EXPECT_EQ(run_at(0.0, 1.0 / 30.0, 40).text(31, 31), " (t = 1.00 s)");
   EXPECT_EQ(times.text(201, 201), "");
 }
 

@@ -62,5 +62,25 @@ TEST(LinearProblemDoubles, AStudyThatDoesNotFitIsRefusedNamingItsKeys) {
   }
 }
 
+Scenario linear_scenario(const std::string& F, const std::string& H, const std::string& of_noise) {
+  return load_scenario_text("[world]\nmodel = \"linear\"\nF = " + F + "\nH = " + H + "\nQ = " + of_noise +
+                                "\nP0 = " + of_noise + "\nR = [[1.0]]\n",
+                            "t.toml");
+}
+
+// By F = 2 noises of one σ add up to 2ᵏ⁺¹ − 1 of it in k steps, of which 2⁻⁵² is 1e-4 first at k = 38.
+TEST(RequireExactDifferences, OfAWorldThatGrowsBeyondDoubles) {
+  const LinearProblem doubles = linear_problem(linear_scenario("[[2.0]]", "[[1.0]]", "[[1.0]]")).value();
+  EXPECT_NO_THROW(require_exact_differences(doubles, 37));
+  EXPECT_THROW(require_exact_differences(doubles, 38), ScenarioError);
+  const std::string eye = "[[1.0, 0.0], [0.0, 1.0]]";
+  const LinearProblem turns =
+      linear_problem(linear_scenario("[[0.6, -0.8], [0.8, 0.6]]", "[[1.0, 0.0]]", eye)).value();
+  EXPECT_NO_THROW(require_exact_differences(turns, 100'000));
+  const LinearProblem moves =
+      linear_problem(linear_scenario("[[1.0, 1.0], [0.0, 1.0]]", "[[1.0, 0.0]]", eye)).value();
+  EXPECT_NO_THROW(require_exact_differences(moves, 10'000)) << "k² σ";
+}
+
 }  // namespace
 }  // namespace credence::internal

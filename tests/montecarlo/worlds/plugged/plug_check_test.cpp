@@ -108,6 +108,15 @@ TEST(PlugCheck, ARunThatIsAnotherTheSecondTimeIsFound) {
   }
 }
 
+TEST(PlugCheck, WhatIsNotFiniteIsToldAsThatAndNotAsAnotherRun) {
+  EXPECT_THAT(
+      problems_of([](TraceStep& step, std::int64_t, int) { step.error[0] = kNaN; }),
+      ElementsAre("the error of 'x' is nan in run 0 at step 1: the filter's mean, its prior or what minus() "
+                  "makes of it is not finite"));
+  EXPECT_THAT(problems_of([](TraceStep& step, std::int64_t, int) { step.innovations[0].nu[0] = kNaN; }),
+              ElementsAre("the innovation in run 0 at step 1 is not finite"));
+}
+
 // As diag(0, 1) becomes by F = [1 1; 0 1] without process noise: what is known is a direction, and no state.
 TEST(PlugCheck, PMayBeSingularAndSMayNot) {
   const Matrix singular = Matrix::Ones(2, 2);

@@ -30,7 +30,7 @@ std::vector<Claim> one_of_each() {
 
 TEST(ClaimsReport, EveryClaimIsCountedOnce) {
   const ReportAnswer answer = claims_document(one_of_each()).answer;
-  EXPECT_EQ(answer.text, "Of 5 claims: 2 hold, 1 hold under a condition, 1 fail, 1 not measured");
+  EXPECT_EQ(answer.text, "Of 5 claims: 2 hold, 1 holds under a condition, 1 fails, 1 not measured");
   EXPECT_EQ(answer.tone, CellTone::caution);
   EXPECT_EQ(claims_document({claim("a", ClaimVerdict::holds)}).answer.tone, CellTone::good);
 }
@@ -52,16 +52,17 @@ TEST(ClaimsReport, TableAndDataHaveEveryClaimWithItsEvidence) {
   ASSERT_EQ(j["claims"].size(), 5U);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(j["claims"][i]["id"], claims[i].id);
-    EXPECT_EQ(table.rows[i][0].text, j["claims"][i]["statement"]);
-    EXPECT_EQ(table.rows[i][2].text, j["claims"][i]["verdict"]);
-    EXPECT_EQ(table.rows[i][3].text, j["claims"][i]["measured"]);
+    EXPECT_EQ(table.rows[i][0].text, claims[i].id) << "by which text and data name it";
+    EXPECT_EQ(table.rows[i][1].text, j["claims"][i]["statement"]);
+    EXPECT_EQ(table.rows[i][3].text, j["claims"][i]["verdict"]);
+    EXPECT_EQ(table.rows[i][4].text, j["claims"][i]["measured"]);
   }
   EXPECT_EQ(j["claims"][1]["long_run"], "grows");
-  EXPECT_EQ(table.rows[1][4].text, "grows");
+  EXPECT_EQ(table.rows[1][5].text, "grows");
   EXPECT_TRUE(j["claims"][0]["long_run"].is_null());
   EXPECT_FALSE(j["null_reason"].empty());
-  EXPECT_EQ(table.rows[2][2].tone, CellTone::alarm);
-  EXPECT_EQ(table.rows[3][2].tone, CellTone::muted);
+  EXPECT_EQ(table.rows[2][3].tone, CellTone::alarm);
+  EXPECT_EQ(table.rows[3][3].tone, CellTone::muted);
 }
 
 TEST(ClaimsReport, LongTextsAreFoldedBetweenWords) {

@@ -63,6 +63,18 @@ TEST(SelftestReport, ACellOfThePowerFigureIsOfTheTestWithItsNumber) {
   EXPECT_NO_THROW(validate(figure));
 }
 
+TEST(SelftestReport, ARateThatIsNearlyNoneHasNoExponent) {
+  SelftestResult result = result_of_two();
+  result.calibration[0].measured.interval = {.value = 0.01, .lower = 2.37e-8, .upper = 0.147};
+  const Document document = selftest_document(result);
+  std::string range;
+  for (const DocumentPart& part : document.parts()) {
+    const auto* table = std::get_if<ReportTable>(&part);
+    if (table != nullptr && range.empty()) range = table->rows.at(0).at(4).text;
+  }
+  EXPECT_EQ(range, "0.00 … 14.7");
+}
+
 TEST(SelftestReport, EveryWrongFilterIsNamedInThePowerFigure) {
   SelftestResult result = result_of_two();
   result.wrong_filters.resize(13, result.wrong_filters.front());

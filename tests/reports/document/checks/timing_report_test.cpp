@@ -116,6 +116,18 @@ TEST(TimingReport, TheFigureHasAPanelForEachNumberObserved) {
   EXPECT_EQ(figure.panels[1].series.at(1).label.text, "full") << "no law was fitted";
 }
 
+// After all the measuring.
+TEST(TimingReport, AFigureOfManyNumbersObservedCanBeDrawn) {
+  TimingResult result = quadratic_and_linear();
+  for (Index observed = 2; observed < 100; ++observed)
+    result.filters.push_back({TimedFilter::map, 100, observed, about(1e-6), std::nullopt});
+  const Figure figure = figure_of(timing_document(result), "steps");
+  EXPECT_NO_THROW(validate(figure));
+  EXPECT_EQ(figure.cols, 3);
+  EXPECT_EQ(figure.panels.size(), kMostPanels);
+  EXPECT_THAT(figure.caption, HasSubstr("Of 99 panels the first 40 are shown."));
+}
+
 TEST(TimingReport, WithFewSizesThereIsNoLawAndAnInterruptedOneSaysSo) {
   TimingResult result = quadratic_and_linear();
   result.filters.resize(4);
@@ -124,6 +136,8 @@ TEST(TimingReport, WithFewSizesThereIsNoLawAndAnInterruptedOneSaysSo) {
   result.complete = false;
   const Document document = timing_document(result);
   EXPECT_EQ(document.answer.text, "Too few sizes of the map were timed for a law of growth");
+  EXPECT_THAT(figure_of(document, "steps").caption, Not(HasSubstr("Slopes")));
+  EXPECT_THAT(figure_of(timing_document(quadratic_and_linear()), "steps").caption, HasSubstr("Slopes"));
   const ReportTable growth = table_of(document, "How the time of a step grows");
   EXPECT_TRUE(growth.columns.empty()) << "no heading over nothing";
   EXPECT_THAT(growth.notes, ElementsAre("No slope is fitted to so few sizes."));

@@ -74,6 +74,14 @@ TEST(EstimatorMapReport, TheAnswerCountsEveryPointOnce) {
   EXPECT_EQ(estimator_map_document(map_of(kTwoAxes)).answer.tone, CellTone::good);
 }
 
+TEST(EstimatorMapReport, WhatIsGreyIsSaidBelowAndNotAlongTheColourBar) {
+  const Document document = estimator_map_document(map_of(kTwoAxes));
+  EXPECT_EQ(figure_of(document, "cheapest").panels.at(0).colour_label.text, "its time per step (µs)");
+  EXPECT_THAT(figure_of(document, "cheapest").caption, HasSubstr("grey: none does"));
+  EXPECT_EQ(figure_of(document, "nees").panels.at(0).colour_label.text, "Pose NEES over dof");
+  EXPECT_THAT(figure_of(document, "nees").caption, HasSubstr("grey: no run ended well"));
+}
+
 TEST(EstimatorMapReport, TableAndDataSayTheSameOfEveryPoint) {
   const EstimatorMap map = some_of_each();
   const Document document = estimator_map_document(map);

@@ -132,5 +132,37 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
   EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
 }
 
+TEST(EstimatorDocument, NotesAreOfOneRunAndOfAnyWorld) {
+  EstimatorStudy study;
+  study.scenario = load_scenario_text("[world]\nmodel = \"spatial_slam\"\n", "world.toml");
+  study.runs = 20;
+  EstimatorRow row = estimator_row("invariant", 1.0, 0.9);
+  row.profile.chart = "group";
+  row.profile.chart_text = "log(X X̂⁻¹)";
+  row.failures.push_back({3, 7, Outcome::diverged});
+  study.rows = {row};
+  const std::string text = text_page(estimator_document(study));
+  EXPECT_THAT(text, Not(HasSubstr("In the plane")));
+  EXPECT_THAT(text, HasSubstr("invariant: its chart is log(X X̂⁻¹). Taken as x̂ − x its pose NEES is"));
+  EXPECT_THAT(text,
+              HasSubstr("invariant: 1 of 20 runs failed and is in no average: 3 (diverged at step 7)."));
+}
+
+// Of three runs a gain of 2963648 was shown.
+TEST(EstimatorDocument, AGainBeyondItsOrderIsNotWrittenOut) {
+  EstimatorStudy study;
+  study.scenario = load_scenario_text("[world]\nmodel = \"planar_slam\"\n", "world.toml");
+  study.runs = 20;
+  study.rows = {estimator_row("ideal", 1.0, 0.9), estimator_row("ekf", 1.0, 0.9)};
+  PairedDifference paired;
+  paired.first = "ekf";
+  paired.second = "ideal";
+  paired.gain = 2963648.0;
+  study.paired = {paired};
+  EXPECT_THAT(text_page(estimator_document(study)), HasSubstr("> 10000"));
+  study.paired[0].gain = 252.0;
+  EXPECT_THAT(text_page(estimator_document(study)), Not(HasSubstr("> 10000")));
+}
+
 }  // namespace
 }  // namespace credence::internal

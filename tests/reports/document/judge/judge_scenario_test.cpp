@@ -24,6 +24,25 @@ Scenario monobot_with(double process_scale) {
   return scenario;
 }
 
+// Where NEES and NIS stop the study before the other tests of the word speak, or the other way round.
+TEST(JudgeScenario, OfAStopRuleEverythingIsThatOfTheRule) {
+  int without_word = 0;
+  for (int seed = 1; seed <= 40; ++seed) {
+    Scenario scenario = monobot_with(1.0);
+    scenario.study.seed = seed;
+    scenario.stop.verdict = StopVerdict::either;
+    scenario.filter.measurement_scale = 0.95;
+    const JudgedFilter judged = judge_scenario(scenario);
+    const bool wrong = is_inconsistent(judged.verdict());
+    EXPECT_EQ(wrong, judged.p_value() <= 0.05) << seed;
+    EXPECT_THAT(judged.says(), HasSubstr(wrong ? std::string(to_string(judged.verdict())) : "no evidence"))
+        << seed;
+    without_word += wrong ? 0 : 1;
+  }
+  EXPECT_GT(without_word, 0);
+  EXPECT_LT(without_word, 40);
+}
+
 TEST(JudgeScenario, TellsRightFromWrong) {
   const JudgedFilter right = judge_scenario(monobot_with(1.0)), wrong = judge_scenario(monobot_with(0.1));
   EXPECT_EQ(right.verdict(), Verdict::consistent) << right.text();

@@ -90,6 +90,8 @@ TEST(LogJson, WhatWasNotTestedIsNullWithAReason) {
 
   const OrderedJson empty = log_data({});
   EXPECT_EQ(empty["nis_fit"]["reason"], "no innovations");
+  EXPECT_TRUE(empty["nis_fit"]["kolmogorov_p_value"].is_null());
+  EXPECT_TRUE(empty["nis_fit"]["anderson_p_value"].is_null());
   EXPECT_TRUE(empty["calibration"].is_null());
   EXPECT_EQ(empty["poses"], OrderedJson::array());
   EXPECT_EQ(empty["blocks"], OrderedJson::object());
@@ -169,8 +171,24 @@ TEST(LogJson, AnEarlierVersionAndASingleRunHaveKeysOfTheirOwn) {
   EXPECT_EQ(j["single_run"]["p_value"], 0.25);
   EXPECT_TRUE(j["single_run"]["reason"].is_null());
   EXPECT_EQ(j["single_run"]["runs_to_settle"], 17);
+  EXPECT_FALSE(j["single_run"].contains("runs_to_settle_reason"));
   EXPECT_EQ(j["sensitivity"]["nees_outliers"], 3);
   EXPECT_EQ(j["sensitivity"]["nis_outliers"], 1);
+}
+
+TEST(LogJson, OfASingleRunWhatIsNotKnownHasItsReason) {
+  CheckedLogs logs;
+  Judgement& judgement = logs.analysis.judgement;
+  judgement.single = SingleRunJudgement{};
+  judgement.single->time_average.run_sum.reason = "too short";
+  judgement.single->time_average.p_value = std::nan("");
+  judgement.settle_nees = {.runs = 0, .reason = "nothing deviates"};
+  const OrderedJson short_one = log_data(logs)["single_run"];
+  EXPECT_TRUE(short_one["runs_to_settle"].is_null()) << "0 stands for no number of runs";
+  EXPECT_EQ(short_one["runs_to_settle_reason"], "nothing deviates");
+  EXPECT_EQ(short_one["reason"], "too short");
+  judgement.single->time_average.run_sum.reason = {};
+  EXPECT_THAT(log_data(logs)["single_run"]["reason"].get<std::string>(), testing::HasSubstr("not forgotten"));
 }
 
 TEST(LogJson, NamesThatAreNoUtf8AreStillJson) {

@@ -88,6 +88,8 @@ TEST(LogTable, ARowHasVerdictMeanBoundsAndCount) {
   EXPECT_EQ(table.rows[1][1].tone, CellTone::alarm);
   logs.analysis.judgement.sensors.resize(1);
   EXPECT_THAT(row_titles(log_verdicts(logs, 9)), ElementsAre("NEES", "NIS")) << "the only sensor is all";
+  logs.analysis.judgement.nis.verdict = Verdict::undecided;
+  EXPECT_EQ(log_verdicts(logs, 9).rows[1][5].text, "–") << "as among all tests";
 }
 
 TEST(LogTable, TheAnswerSaysHowFarItReaches) {
@@ -130,6 +132,23 @@ TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   judgement.word.verdict = Verdict::not_gaussian;
   judgement.word.says = "the covariance is right";
   EXPECT_EQ(log_answer(logs), asked + "Yes: the covariance is right");
+}
+
+// `run` says so too.
+TEST(LogTable, TheAnswerHasTheRunsThatFailed) {
+  CheckedLogs logs = logs_with();
+  Judgement& judgement = logs.analysis.judgement;
+  judgement.word.verdict = Verdict::optimistic;
+  judgement.word.says = "optimistic in yaw";
+  judgement.nees.factor.reason = "one run";
+  StudyStatistics& s = logs.analysis.evidence.study;
+  s.runs = 6;
+  s.failures = {{.run = 0, .step = 54, .outcome = Outcome::diverged},
+                {.run = 2, .step = 59, .outcome = Outcome::diverged}};
+  EXPECT_THAT(log_answer(logs), EndsWith("No: optimistic in yaw; 2 of 6 runs failed"));
+  judgement.word.verdict = Verdict::undecided;
+  judgement.word.says = "2 of 6 runs failed, and the others do not speak for them";
+  EXPECT_THAT(log_answer(logs), EndsWith("Undecided: " + judgement.word.says)) << "once is enough";
 }
 
 TEST(LogTable, ARowThatRejectsBesideAnAnswerThatDoesNotIsExplained) {

@@ -192,6 +192,32 @@ TEST(ReplayJudgement, LimitsSayWhatInflationAndTrueJacobiansMean) {
   told(150.0, "no part");
 }
 
+// The innovations alone spoke, of an R that is too large, where the errors are thirty times what P says.
+TEST(ReplayJudgement, TheLinearisationIsTheFirstCauseWhereItIsMostOfWhatIsTooMuch) {
+  ReportedReplay replay = one_replay(0.7);
+  for (ReplayReference& reference : replay.result.references) reference.estimate *= 6.0;
+  replay.ideal = replay.result;
+  replay.result.vehicle_nees = {.sum = 720.0, .count = 10, .expected = 2.0};
+  replay.ideal->vehicle_nees = {.sum = 700.0, .count = 10, .expected = 2.0};
+  const auto causes = [&] {
+    const ReplayJudgement judgement = judge_one(replay);
+    std::vector<Cause> all;
+    for (const CauseFound& found : judgement_of(judgement).causes) all.push_back(found.cause);
+    return all;
+  };
+  EXPECT_THAT(causes(), Not(Contains(Cause::linearisation)));
+  const std::vector<Cause> others = causes();
+  replay.ideal->vehicle_nees.sum = 100.0;
+  std::vector<Cause> with_it = {Cause::linearisation};
+  with_it.insert(with_it.end(), others.begin(), others.end());
+  EXPECT_EQ(causes(), with_it);
+  EXPECT_THAT(judge_one(replay).logs.advice(),
+              Contains(HasSubstr("— with Jacobians at the truth mean NEES of the vehicle is 10.00 instead of "
+                                 "72.00, where 2.000 is expected; ")));
+  for (ReplayReference& reference : replay.result.references) reference.estimate /= 6.0;
+  EXPECT_THAT(causes(), Not(Contains(Cause::linearisation))) << "NEES is as it should be";
+}
+
 // Innovations ten times smaller than S says want variances a hundredth of theirs; the map's shape is five
 // where five is expected.
 TEST(ReplayJudgement, AScaleThatWouldBreakTheMapIsSaidNotToSuitBoth) {

@@ -233,6 +233,14 @@ TEST(PlanarStabilityReport, ItsJsonIsTheSameAsThePages) {
             planar_stability_json(scenario, planar_case()));
 }
 
+TEST(PlanarStabilityReport, TracesHaveTheUnitOfTheirFigure) {
+  const Document document =
+      planar_stability_document(planar_map(InflationSolution::min_trace), planar_case());
+  EXPECT_THAT(
+      table_of(document, "Covariance over").notes,
+      testing::Contains(HasSubstr("mean of tr P over the loop, in m² + rad², as is the growth a loop.")));
+}
+
 TEST(PlanarStabilityReport, OfAFilterThatFailsIsSaidWhenAndNoNumberIsInvented) {
   PlanarStability a = planar_case();
   for (PlanarFollowed& f : a.followed) {

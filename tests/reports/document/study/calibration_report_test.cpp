@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -157,6 +158,80 @@ TEST(SigmaFigure, ARangeOfFewRowsIsNoPoint) {
   const Figure figure = sigma_figure("log", calibration, {.states = {"x"}});
   EXPECT_EQ(figure.panels.at(0).series.at(1).x.size(), 2U);
   EXPECT_THAT(figure.caption, testing::HasSubstr("Ranges of fewer than 10 rows are left out."));
+}
+
+/// Rows whose errors and claims are all of about these sizes.
+Panel stanford_of(const std::vector<StanfordCell>& cells, double k) {
+  Calibration calibration;
+  calibration.protection[1].k = k;
+  calibration.protection[1].rows = 100;
+  calibration.stanford = cells;
+  const Figure figure = stanford_figure("log", calibration);
+  EXPECT_NO_THROW(validate(figure));
+  return figure.panels.at(0);
+}
+
+double rows_in(const Panel& panel) {
+  const Matrix& cells = panel.series.at(0).cells;
+  return cells.array().isNaN().select(0.0, cells).sum();
+}
+
+// Of one claim, and all errors far within or far beyond it.
+TEST(StanfordFigure, TheLineCrossesAllLevelsThatAreShown) {
+  for (const double error : {1e-3, 0.9, 30.0}) {
+    const Panel panel = stanford_of(
+        {{.error = 0.1 * error, .sigma = 0.5, .rows = 7}, {.error = error, .sigma = 0.5, .rows = 5}}, 2.0);
+    const Series& line = panel.series.at(1);
+    EXPECT_EQ(line.label.text, "error = level");
+    const AxisRange x = panel.x_range.value(), y = panel.y_range.value();
+    EXPECT_THAT(line.x, ElementsAre(y.low, y.high)) << error;
+    EXPECT_EQ(line.x, line.y);
+    EXPECT_LE(x.low, y.low) << error;
+    EXPECT_GE(x.high, y.high) << error;
+    EXPECT_LT(y.low, 0.6);
+    EXPECT_GT(y.high, 1.7) << "levels of 1 are in the middle";
+    EXPECT_EQ(rows_in(panel), 12.0);
+  }
+}
+
+TEST(StanfordFigure, RowsAreAtTheirErrorAndLevel) {
+  const std::vector<StanfordCell> cells = {{.error = 0.1, .sigma = 0.5, .rows = 3},
+                                           {.error = 0.1 * std::pow(10.0, 0.25), .sigma = 0.5, .rows = 4},
+                                           {.error = 10.0, .sigma = 5.0, .rows = 5}};
+  const Panel panel = stanford_of(cells, 4.0);
+  const Series& heat = panel.series.at(0);
+  EXPECT_EQ(rows_in(panel), 12.0);
+  for (const StanfordCell& cell : cells) {
+    const auto nearest = [](const FigureData& centres, double value) {
+      return std::ranges::min_element(centres, {}, [&](double c) { return std::abs(std::log(c / value)); }) -
+             centres.begin();
+    };
+    const Index column = nearest(heat.x, cell.error), row = nearest(heat.y, 4.0 * cell.sigma);
+    EXPECT_NEAR(heat.x[static_cast<std::size_t>(column)], cell.error, 1e-9 * cell.error);
+    EXPECT_NEAR(heat.y[static_cast<std::size_t>(row)], 4.0 * cell.sigma, 1e-9 * cell.sigma);
+    EXPECT_EQ(heat.cells(row, column), static_cast<double>(cell.rows));
+  }
+}
+
+TEST(DistanceFigure, AnAxisIsLogarithmicWhereValuesSpanDecades) {
+  const auto panels = [](double last) {
+    Calibration calibration;
+    calibration.distance = {length(0.0, kNaN), length(10.0, kNaN)};
+    for (DistanceBin& bin : calibration.distance) bin.error_m = bin.sigma_m = 0.5;
+    calibration.distance[1].nees = {.mean = last, .lower = -1.0, .upper = 2.0 * last, .count = 6};
+    calibration.distance[1].error_m = std::sqrt(last);
+    const Figure figure = distance_figure("log", calibration);
+    EXPECT_NO_THROW(validate(figure));
+    return figure.panels;
+  };
+  EXPECT_FALSE(panels(3.0).at(0).log_y);
+  EXPECT_FALSE(panels(3.0).at(1).log_y);
+  const std::vector<Panel> diverged = panels(13273.0);
+  EXPECT_TRUE(diverged.at(0).log_y);
+  EXPECT_TRUE(diverged.at(1).log_y);
+  EXPECT_LT(diverged[0].y_range->low, 1.0);
+  EXPECT_GT(diverged[0].y_range->high, 2.0 * 13273.0);
+  EXPECT_EQ(diverged[0].series.at(1).lower.at(1), diverged[0].y_range->low) << "of a bar that goes below 0";
 }
 
 TEST(CalibrationJson, FactorsByPartAreNullWhereTheStateIsOnePart) {

@@ -95,7 +95,7 @@ TEST(Comparison, DocumentsAreReadAndOthersRefused) {
   EXPECT_EQ(read[0].nees.mean, 4.0);
   EXPECT_EQ(read[0].factor.mean, 1.3);
   EXPECT_TRUE(std::isnan(read[0].factor.upper) && std::isnan(read[0].nis.mean));
-  EXPECT_EQ(table_of(read).rows[0][6].text, "–") << "no NIS";
+  EXPECT_EQ(table_of(read).rows[0][5].text, "–") << "no NIS";
   EXPECT_EQ(compared_documents("two.json", R"({"studies": [)" + one + "," + one + "]}").size(), 2U);
   for (const char* wrong : {"", "[1]", "{}", "3", R"({"runs": 1, "verdict": "x"})", R"({"studies": [1]})"}) {
     EXPECT_THROW(compared_documents("wrong.json", wrong), std::invalid_argument) << wrong;
@@ -191,6 +191,32 @@ TEST(Comparison, NearestIsWhoseFactorNoOtherMayCome) {
   std::vector<ComparedStudy> studies = two_studies();
   studies[0].factor = {.mean = 1.1, .lower = 1.04, .upper = 1.2};
   EXPECT_EQ(comparison_document(studies, 0.95).answer.text, "1 of 2 cannot be trusted: plain");
+}
+
+TEST(Comparison, NearestIsOneOfSeveralAndNotOneThatCannotBeTrustedBesideOthers) {
+  std::vector<ComparedStudy> studies = two_studies();
+  studies[1].factor = {.mean = 0.48, .lower = 0.455, .upper = 0.504};
+  studies[1].verdict = "pessimistic";
+  const auto answer = [&] { return comparison_document(studies, 0.95).answer.text; };
+  EXPECT_EQ(answer(), "1 of 2 cannot be trusted: plain");
+  studies[1].verdict = "optimistic";
+  EXPECT_EQ(answer(), "2 of 2 cannot be trusted: plain, cautious; nearest to right: plain, factor on P 1.50");
+  studies[1].factor = {.mean = kNaN};
+  EXPECT_EQ(answer(), "2 of 2 cannot be trusted: plain, cautious") << "there is no other to be nearer than";
+}
+
+TEST(Comparison, ThePoseHasAColumnWhereThereIsOne) {
+  std::vector<ComparedStudy> studies = two_studies();
+  const auto titles = [&] {
+    std::vector<std::string> all;
+    for (const TableColumn& column : table_of(studies).columns) all.push_back(column.title);
+    return all;
+  };
+  EXPECT_THAT(titles(), Not(testing::Contains("of the pose")));
+  studies[1].pose = ComparedMean{3.5, 3.0};
+  EXPECT_THAT(titles(), testing::Contains("of the pose"));
+  EXPECT_EQ(table_of(studies).rows[0][5].text, "–");
+  EXPECT_EQ(table_of(studies).rows[1][5].text, "3.500 of 3.000");
 }
 
 // Two logs against the first, one part each: both are twice as improbable as alone.

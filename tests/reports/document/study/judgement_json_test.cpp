@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <initializer_list>
 #include <limits>
 
 #include "core/nan.h"
@@ -36,6 +37,50 @@ TEST(JudgementJson, WhatIsNotThereIsNullOrEmpty) {
                           "second_moments", "shape", "gaussianity", "equivalence", "scores", "sensor_pairs",
                           "effective_steps", "null_reason"))
       << "the order of docs/formats.md";
+}
+
+// A 0 would be read as what was measured: of dB as a P that is perfect.
+TEST(JudgementJson, NoZeroStandsForWhatWasNotMeasured) {
+  Judgement judgement;
+  judgement.credibility.reason = "fewer whole runs than dimensions";
+  judgement.settle_nis.reason = "no data";
+  judgement.law.energy_score.reason = "no run";
+  judgement.law.shape.reason = "too many states";
+  judgement.law.second_moments.test = test_second_moments({}, 0.95);
+  const Json j = as_read(judgement_json(judgement));
+  const auto null = [](const Json& object, std::initializer_list<const char*> keys) {
+    for (const char* key : keys) {
+      ASSERT_TRUE(object.contains(key)) << key;
+      EXPECT_TRUE(object[key].is_null()) << key << object[key];
+    }
+    EXPECT_FALSE(object.value("reason", "").empty()) << object;
+  };
+  null(j["credibility"], {"noncredibility_db", "floor_db", "inclination_db"});
+  null(j["settle"]["nis"], {"observed_factor", "runs", "detectable_below", "detectable_above"});
+  null(j["scores"]["energy"], {"mean", "lower", "upper", "expected"});
+  null(j["shape"], {"step", "p_value", "proved_within", "proved_at_step"});
+  null(j["second_moments"], {"optimistic_p_value", "pessimistic_p_value", "worst_factor", "worst_lower",
+                             "worst_upper", "least_factor", "largest_factor"});
+  for (const Json& coverage : j["coverage"]) null(coverage, {"expected_share", "p_value"});
+}
+
+TEST(JudgementJson, AZeroThatWasMeasuredStaysOne) {
+  Judgement judgement;
+  judgement.nees.count = 40;
+  judgement.settle_nees = {.observed_factor = 0.0, .reason = "the verdict is settled"};
+  judgement.credibility = {.runs = 5};
+  judgement.law.log_score.value = {.count = 5};
+  judgement.law.shape.tests = 1;
+  judgement.coverage[0].pooled = {.inside = 0, .total = 5};
+  const Json j = as_read(judgement_json(judgement));
+  EXPECT_EQ(j["settle"]["nees"].dump(),
+            R"({"observed_factor":0.0,"runs":null,"detectable_below":null,"detectable_above":null,)"
+            R"("reason":"the verdict is settled"})");
+  EXPECT_EQ(j["credibility"].dump(), R"({"noncredibility_db":0.0,"floor_db":0.0,"inclination_db":0.0})");
+  EXPECT_EQ(j["scores"]["log"]["mean"], 0.0);
+  EXPECT_EQ(j["shape"]["step"], 0);
+  EXPECT_EQ(j["coverage"][0]["expected_share"], 0.0);
+  EXPECT_FALSE(j["coverage"][0].contains("reason"));
 }
 
 TEST(JudgementJson, NamesTheResponsibleBlockAndItsCauses) {
@@ -111,6 +156,7 @@ TEST(JudgementJson, WhatIsNotFiniteIsNullAndItsReasonBesideIt) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Judgement judgement;
   judgement.scale_innovation = {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = "no innovations"};
+  judgement.nis.count = 1;
   judgement.settle_nis.runs = 40;
   judgement.settle_nis.detectable = {.below = 0.5, .above = kInfinity};
   judgement.position = {.rmse = 0.25, .lower = kNaN, .upper = kNaN, .count = 1, .reason = "one run"};

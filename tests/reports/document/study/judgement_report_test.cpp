@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -354,6 +355,29 @@ TEST(AccuracyTable, AnglesAreInDegreesAndEfficiencyIsOfSquares) {
       << "√1.3";
 }
 
+// The average of those that are left lay below a bound, with nothing to say why.
+TEST(AccuracyTable, SaysWhenRunsThatFailedAreLeftOut) {
+  Judgement judgement = without_law();
+  judgement.accuracy = {{.of = "position",
+                         .unit = "m",
+                         .squared_error = {.mean = 4.0, .lower = kNaN, .upper = kNaN, .count = 7},
+                         .claimed = 4.0,
+                         .at_truth = 9.0,
+                         .bound = 9.0}};
+  judgement.runs = 7;
+  const PosteriorBound bound;
+  EXPECT_THAT(accuracy_table(judgement, &bound).notes, Not(Contains(HasSubstr("did not fail"))));
+  judgement.runs = 12;
+  const std::string note =
+      "Only the 7 of 12 runs that did not fail are averaged: the errors of the others may be the largest";
+  EXPECT_THAT(accuracy_table(judgement).notes, Contains(note + "."));
+  EXPECT_THAT(accuracy_table(judgement, &bound).notes,
+              Contains(note + ", and an efficiency above 1 is then no merit."));
+  EXPECT_THAT(statistics_sentences(judgement),
+              Contains("RMSE beside P and the posterior Cramér-Rao bound, of the 7 of 12 runs that did not "
+                       "fail: position (m) 2.00, P claims 2.00, bound 3.00."));
+}
+
 TEST(AccuracyTable, HasTheUnitOfTheLayout) {
   Judgement judgement = without_law();
   judgement.accuracy = {{.of = "position", .unit = "m"},
@@ -402,6 +426,61 @@ TEST(EvidenceFigure, TheBarsOfTheHistogramHaveTheDensityOfWhatWasCounted) {
   EXPECT_NO_THROW(validate(figure));
 }
 
+/// A sensor with both panels, of a mean NIS of so much where 1 is expected.
+SensorJudgement seen_sensor(const std::string& name, double nis, Verdict verdict) {
+  SensorJudgement sensor{.name = name};
+  sensor.fit.count = 64;
+  sensor.fit.anderson_p_value = 0.5;
+  sensor.histogram.assign(64, 1);
+  sensor.whiteness.autocorrelation = {0.25};
+  sensor.whiteness.band = {0.5};
+  sensor.whiteness.p_value = 0.5;
+  sensor.nis.mean = nis;
+  sensor.nis.expected = 1.0;
+  sensor.nis.dof = 100.0;
+  sensor.nis.p_value = 0.0;
+  sensor.nis.verdict = verdict;
+  return sensor;
+}
+
+TEST(EvidenceFigure, OfManySensorsTheWorstAreShownAndThatIsSaid) {
+  Judgement judgement;
+  judgement.runs = 8;
+  for (int i = 0; i < 12; ++i)
+    judgement.sensors.push_back(seen_sensor("s" + std::to_string(i), 1.0, Verdict::consistent));
+  judgement.sensors[7] = seen_sensor("s7", 3.0, Verdict::optimistic);
+  judgement.sensors[9] = seen_sensor("s9", 9.0, Verdict::optimistic);
+  judgement.sensors[10].whiteness.p_value = 1e-9;
+  const Figure figure = evidence_figure("x", judgement);
+  EXPECT_NO_THROW(validate(figure));
+  ASSERT_EQ(figure.panels.size(), 6U);
+  EXPECT_EQ(figure.panels[0].title.text, "NIS against its law: s9");
+  EXPECT_EQ(figure.panels[2].title.text, "NIS against its law: s7");
+  EXPECT_EQ(figure.panels[5].title.text, "Whiteness: s10");
+  EXPECT_THAT(figure.caption, EndsWith(" Of 12 sensors 3 are shown, inconsistent ones first."));
+  judgement.sensors.resize(3);
+  const Figure all = evidence_figure("x", judgement);
+  EXPECT_EQ(all.panels[0].title.text, "NIS against its law: s0");
+  EXPECT_THAT(all.caption, Not(HasSubstr("are shown")));
+}
+
+TEST(EvidenceFigure, TheCaptionSaysWhatIsShown) {
+  Judgement judgement;
+  judgement.runs = 2;
+  judgement.sensors.push_back(seen_sensor("s", 1.0, Verdict::consistent));
+  const Figure of_innovations = evidence_figure("x", judgement);
+  EXPECT_EQ(of_innovations.panels.at(1).y_label.text, "autocorrelation of innovation");
+  EXPECT_EQ(of_innovations.caption,
+            "Further tests, over 2 runs: the values of NIS taken through their distribution function, which "
+            "makes them uniform; the correlation of the normalised innovation with itself in time.");
+  const Sensor nis_alone{.name = "s", .nis_alone = true};
+  const Figure of_nis = evidence_figure("x", judgement, {&nis_alone, 1});
+  EXPECT_EQ(of_nis.panels.at(1).y_label, figure_markup("autocorrelation of Φ^{−1}(F(NIS))"));
+  EXPECT_THAT(of_nis.caption, Not(HasSubstr("innovation")));
+  judgement.sensors[0].whiteness.reason = "none";
+  EXPECT_THAT(evidence_figure("x", judgement).caption, Not(HasSubstr("correlation")));
+}
+
 /// Of 100 runs over four steps; so much of the truth is expected within 1, 2 and 3σ at each of them.
 Judgement judgement_of_coverage(const std::vector<std::array<double, 3>>& expected) {
   Judgement judgement;
@@ -421,6 +500,8 @@ TEST(EvidenceFigure, WhatIsExpectedWithinSoManySigmaHasTheColourOfWhatWasMeasure
   const Figure figure =
       evidence_figure("x", judgement_of_coverage(std::vector<std::array<double, 3>>(4, {0.09, 0.59, 0.94})));
   ASSERT_EQ(figure.panels.size(), 1U);
+  EXPECT_EQ(figure.caption,
+            "Further tests, over 100 runs: how often the truth lies within kσ of the whole state.");
   const std::vector<Series>& series = figure.panels[0].series;
   ASSERT_EQ(series.size(), 6U);
   for (std::size_t i = 0; i < 3; ++i) {

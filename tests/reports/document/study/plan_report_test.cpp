@@ -77,6 +77,22 @@ TEST(PlanReport, OneConfigurationHasARowForEachQuestion) {
   EXPECT_THAT(table.notes, testing::Contains(HasSubstr("worth 4.25 independent ones (pilot)")));
 }
 
+// Else 121 runs that take 409 ms stand beside a pilot of 4096 in 23 ms.
+TEST(PlanReport, NamesTheTimeOfLookingAtTheFirstRunsStepByStep) {
+  const SweepPlan sweep = planned_sweep("");
+  StudyPlan plan = plan_of(sweep.points[0].scenario, 200);
+  const auto notes = [&] { return planned_table(plan_document(sweep, {plan})).notes; };
+  EXPECT_THAT(notes(),
+              testing::Contains("Times are expected ones, from a pilot of 8 runs in 500 ms on 4 threads."));
+  plan.pilot.evidence_runs = 1000;
+  plan.pilot.evidence_seconds_per_run = 0.0034;
+  plan.pilot.threads = 1;
+  EXPECT_THAT(notes(), testing::Contains(
+                           "Times are expected ones, from a pilot of 8 runs in 500 ms on 1 thread; the first "
+                           "1000 runs of a study are looked at step by step as well, which takes 3.4 ms more "
+                           "for each."));
+}
+
 TEST(PlanReport, TheDataOfOneConfigurationAreOfTheSameNumbers) {
   const SweepPlan sweep = planned_sweep("");
   const StudyPlan plan = plan_of(sweep.points[0].scenario, 200);

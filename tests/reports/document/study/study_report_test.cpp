@@ -75,6 +75,14 @@ TEST(StudyDocument, RunsThatFailedAreInTheAnswer) {
   s.failures.resize(20, s.failures.front());
   EXPECT_EQ(study_document({study}).answer.text, "No run finished: all 20 failed");
   EXPECT_EQ(study_document({study}).answer.tone, CellTone::alarm);
+  s.failures.resize(1);
+  s.runs = 1;
+  EXPECT_EQ(study_document({study}).answer.text, "The only run failed");
+  const TemporaryFolder folder;
+  write_document(study_document({study}), folder.path(), {});
+  EXPECT_THAT(
+      folder.read("index.html"),
+      HasSubstr("The only run failed. It counts up to the step before, and it can be replayed alone"));
 }
 
 TEST(StudyDocument, NamesWhatIsTooLarge) {
@@ -167,6 +175,14 @@ TEST(StudyDocument, StudiesOfOneNameHaveFilesAndSectionsOfTheirOwn) {
   EXPECT_EQ(nlohmann::json::parse(document.json())["studies"].size(), 2U);
 }
 
+TEST(StudyDocument, AStudyNamedAsTheRunOfAnotherHasAFileOfItsOwn) {
+  const TemporaryFolder folder;
+  write_document(study_document({monobot_study("loop"), monobot_study("loop-run")}), folder.path(), {});
+  EXPECT_EQ(std::ranges::count(folder.read("loop-run.csv"), '\n'), 1 + 9)
+      << "the run of loop, with its start";
+  EXPECT_EQ(std::ranges::count(folder.read("loop-run-2.csv"), '\n'), 1 + 8);
+}
+
 TEST(StudyDocument, OfManyTheFirstThatCannotBeTrustedIsUnfolded) {
   const ReportedStudy a = with_verdict(monobot_study("a"), Verdict::pessimistic),
                       b = with_verdict(monobot_study("b"), Verdict::mixed),
@@ -185,7 +201,7 @@ TEST(StudyDocument, NamesTheFirstFailuresAndCountsTheRest) {
   const TemporaryFolder folder;
   write_document(study_document({study}), folder.path(), {});
   const std::string page = folder.read("index.html");
-  EXPECT_THAT(page, HasSubstr("23 of 20 runs failed"));
+  EXPECT_THAT(page, HasSubstr("23 of 20 runs failed. They count up to the step before, and each can be"));
   EXPECT_THAT(page, HasSubstr("run 19 at step 3: diverged"));
   EXPECT_THAT(page, Not(HasSubstr("run 20 at step 3")));
   EXPECT_THAT(page, HasSubstr("and 3 more"));
@@ -210,7 +226,7 @@ TEST(StudyDocument, SaysWhereAnIterationDidNotSettle) {
     study.analysis.statistics.not_converged.push_back({.run = run, .steps = 2});
   }
   const ReportTable table = std::get<ReportTable>(study_document({study}).brief.front());
-  EXPECT_THAT(table.notes, Contains(HasSubstr("loop: In 12 steps of 6 of 20 runs (1, 2, 3, 4, 5, …)")));
+  EXPECT_THAT(table.notes, Contains(HasSubstr("loop: In 12 steps of 6 of 20 runs (runs 1, 2, 3, 4, 5, …)")));
   const Json outcomes = study_json(study.analysis)["outcomes"];
   EXPECT_EQ(outcomes["not_converged"][5]["run"], 6);
   EXPECT_EQ(outcomes["not_converged"][5]["steps"], 2);

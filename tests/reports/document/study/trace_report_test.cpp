@@ -1,9 +1,13 @@
 #include "reports/document/study/trace_report.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
+#include "core/number_text.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence::internal {
@@ -32,6 +36,39 @@ TEST(TraceDocument, OfALongRunShowsSomeTwentyStepsAndTheLast) {
     EXPECT_EQ(shown.back(), std::to_string(steps));
     EXPECT_LE(shown.size(), 22U);
   }
+}
+
+TEST(TraceDocument, WithoutDegreesOfFreedomThereIsNoNumber) {
+  const Document document = trace_of(3);
+  const auto& rows = std::get<ReportTable>(document.brief.front()).rows;
+  for (const std::size_t value : {2U, 4U}) {
+    EXPECT_EQ(rows[0][value].text, "–");
+    EXPECT_EQ(rows[0][value + 1].text, "0");
+    EXPECT_NE(rows[1][value].text, "–");
+  }
+}
+
+TEST(TraceDocument, AnglesAreInDegrees) {
+  Scenario scenario = default_scenario("planar");
+  scenario.study.steps = 3;
+  const RunTrace trace = make_experiment(scenario)->trace(0);
+  const Document document = trace_document(scenario, trace);
+  const auto& table = std::get<ReportTable>(document.brief.front());
+  EXPECT_EQ(table.columns[1].title, "error of x (m), y (m), θ (°) ± 2σ");
+  const TraceStep& last = trace.steps.back();
+  const double degrees = 180.0 / std::numbers::pi;
+  const std::string shown = fmt::format(", {} ± {}", number_text(degrees * last.error[2], 3),
+                                        number_text(degrees * 2.0 * std::sqrt(last.P(2, 2)), 3));
+  EXPECT_TRUE(table.rows.back()[1].text.ends_with(shown)) << table.rows.back()[1].text << shown;
+}
+
+TEST(TraceDocument, StatesHaveTheirUnits) {
+  Scenario scenario = default_scenario("pendulum");
+  scenario.study.steps = 3;
+  const RunTrace trace = make_experiment(scenario)->trace(0);
+  const Document document = trace_document(scenario, trace);
+  EXPECT_EQ(std::get<ReportTable>(document.brief.front()).columns[1].title,
+            fmt::format("error of {} (°), {} (°/s) ± 2σ", trace.layout.states[0], trace.layout.states[1]));
 }
 
 TEST(TraceDocument, AsDataHasAllOfThem) {

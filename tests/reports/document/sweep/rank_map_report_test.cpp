@@ -109,7 +109,7 @@ TEST(RankMapReport, TheFigureHasTheMeasuredGrowthBothBoundariesAndTheErrors) {
   EXPECT_EQ(growth(1, 1), 0.0);
   EXPECT_TRUE(std::isnan(growth(3, 0))) << "there is no such cell";
   ASSERT_TRUE(panel.colour_range.has_value());
-  EXPECT_EQ(panel.colour_range->low, -0.5);
+  EXPECT_EQ(panel.colour_range->low, 0.0) << "no growth is negative";
   EXPECT_EQ(panel.colour_range->high, 0.5);
   const Series* exact = series_of(panel, "exact condition: bounded below");
   const Series* paper = series_of(panel, "eq. (22): bounded below");

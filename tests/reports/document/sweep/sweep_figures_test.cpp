@@ -15,8 +15,9 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 /// Configuration n (from 1) has mean NEES n, expected 2, to be accepted from 1.6 to 2.5; of NIS the half.
-SweepAnalysis numbered_sweep(const std::string& axes) {
-  SweepPlan plan = plan_sweep(read_scenario_text("[world]\nmodel = \"planar\"\n[sweep]\n" + axes, "s.toml"));
+SweepAnalysis numbered_sweep(const std::string& axes, const std::string& model = "planar") {
+  SweepPlan plan =
+      plan_sweep(read_scenario_text("[world]\nmodel = \"" + model + "\"\n[sweep]\n" + axes, "s.toml"));
   SweepAnalysis sweep;
   for (std::size_t n = 0; n < plan.points.size(); ++n) {
     StudyAnalysis study;
@@ -34,8 +35,8 @@ SweepAnalysis numbered_sweep(const std::string& axes) {
   return sweep;
 }
 
-Panel nees_of_figure(const std::string& axes) {
-  const std::vector<Figure> figures = sweep_figures(numbered_sweep(axes));
+Panel nees_of_figure(const std::string& axes, const std::string& model = "planar") {
+  const std::vector<Figure> figures = sweep_figures(numbered_sweep(axes, model));
   EXPECT_EQ(figures.size(), 1U) << axes;
   EXPECT_NO_THROW(validate(figures.at(0)));
   EXPECT_EQ(figures[0].panels.size(), 2U);
@@ -79,13 +80,43 @@ TEST(SweepFigures, BarsStandBesideEachOtherAndOffTheFrame) {
   EXPECT_EQ(nees_of_figure(kLandmarks).series.at(3).aside, 0.0);
 }
 
-TEST(SweepFigures, EachSettingOfTheOtherAxesHasACurve) {
-  const Panel panel = nees_of_figure(std::string(kLandmarks) + "filter.inflation = [\"none\", \"map\"]\n");
+std::vector<std::string> curve_labels(const Panel& panel) {
   std::vector<std::string> labels;
   for (const Series& series : panel.series) {
     if (series.kind == SeriesKind::error_bars) labels.push_back(series.label.text);
   }
-  EXPECT_THAT(labels, testing::ElementsAre("inflation = none", "inflation = map"));
+  return labels;
+}
+
+// Inside the band of another curve a point may be a verdict.
+TEST(SweepFigures, ABandIsDrawnWhereItIsThatOfAllCurves) {
+  const std::string two = std::string(kLandmarks) + "filter.inflation = [\"none\", \"map\"]\n";
+  const auto has_band = [](const Panel& panel) {
+    return std::ranges::find(panel.series, SeriesKind::band, &Series::kind) != panel.series.end();
+  };
+  EXPECT_TRUE(has_band(nees_of_figure(two)));
+  SweepAnalysis sweep = numbered_sweep(two);
+  sweep.studies.at(3).nees.bounds = {1.0, 3.0};
+  const std::vector<Figure> figures = sweep_figures(sweep);
+  EXPECT_NO_THROW(validate(figures.at(0)));
+  EXPECT_FALSE(has_band(figures[0].panels.at(0)));
+  EXPECT_TRUE(has_band(figures[0].panels.at(1))) << "those of NIS are the same";
+  SweepAnalysis one = numbered_sweep(kLandmarks);
+  one.studies.at(1).nees.bounds = {1.0, 3.0};
+  EXPECT_TRUE(has_band(sweep_figures(one).at(0).panels.at(0))) << "of one curve, wider here";
+}
+
+TEST(SweepFigures, EachSettingOfTheOtherAxesHasACurve) {
+  const Panel panel = nees_of_figure(std::string(kLandmarks) + "filter.inflation = [\"none\", \"map\"]\n");
+  EXPECT_THAT(curve_labels(panel), ElementsAre("inflation = none", "inflation = map"));
+}
+
+TEST(SweepFigures, KeysThatEndAlikeAreNamedInFull) {
+  const Panel panel = nees_of_figure(
+      "study.steps = [10, 20, 30]\nnoise.position_std = [1.0, 2.0]\ninitial.position_std = [3.0]\n",
+      "tracking");
+  EXPECT_THAT(curve_labels(panel), ElementsAre("noise.position_std = 1.0, initial.position_std = 3.0",
+                                               "noise.position_std = 2.0, initial.position_std = 3.0"));
 }
 
 TEST(SweepFigures, TwoAxesOfThreeValuesAreAMapWithEachRatioInItsCell) {

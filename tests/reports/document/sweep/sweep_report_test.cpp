@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -53,7 +55,9 @@ TEST(SweepDocument, HasARowForEveryConfigurationInTableDataAndFile) {
     EXPECT_EQ(study, as_read(study_json(sweep.studies[i]))) << "as run gives it";
   }
   write_document(document, folder.path(), {});
-  EXPECT_EQ(std::ranges::count(folder.read("sweep.csv"), '\n'), 1 + 3);
+  const std::string csv = folder.read("sweep.csv");
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + 3);
+  EXPECT_THAT(csv, testing::HasSubstr(",nis_verdict,trace_last,verdict,sweep_p_value\r\n"));
   EXPECT_THAT(folder.read("index.html"), testing::HasSubstr("href=\"sweep.csv\""));
 }
 
@@ -65,7 +69,7 @@ TEST(SweepDocument, APartHasItsMeanAndItsVerdictInOneCell) {
   std::vector<std::string> titles;
   for (const TableColumn& column : table.columns) titles.push_back(column.title);
   EXPECT_THAT(titles, testing::ElementsAre("world.landmarks", "verdict", "together", "NEES", "NIS",
-                                           "last tr P", "runs", "failed"));
+                                           "last tr P (m²)", "runs", "failed"));
   const ConsistencyVerdict& nis = sweep.studies[0].nis;
   EXPECT_EQ(table.rows[0][4].text, fmt::format("{} ({})", against_expected(nis), to_string(nis.verdict)));
   EXPECT_THAT(against_expected(nis), testing::MatchesRegex("[0-9.]+ of 1.000"));
@@ -93,8 +97,8 @@ TEST(SweepDocument, AConfigurationThatDoesNotStandIsCountedAsThat) {
   EXPECT_FALSE(sweep.stands(1));
   EXPECT_THAT(
       sweep_document(sweep).answer.text,
-      testing::HasSubstr("0 cannot be trusted, 0 are pessimistic, 2 consistent, 1 inconsistent alone but "
-                         "not among so many"));
+      testing::StartsWith("Of 3 configurations 2 are consistent, 1 is inconsistent alone but not among so "
+                          "many; nearest to right: "));
   const auto notes = [&] {
     const Document document = sweep_document(sweep);
     return std::get<ReportTable>(document.brief.front()).notes;
@@ -105,7 +109,54 @@ TEST(SweepDocument, AConfigurationThatDoesNotStandIsCountedAsThat) {
   EXPECT_TRUE(sweep.stands(1));
   EXPECT_THAT(notes(), testing::Contains(testing::HasSubstr("1 of 3 is inconsistent alone, 1 stands; ")));
   EXPECT_FALSE(sweep.stands(0));
-  EXPECT_THAT(sweep_document(sweep).answer.text, testing::HasSubstr("1 cannot be trusted"));
+  EXPECT_THAT(sweep_document(sweep).answer.text,
+              testing::StartsWith("Of 3 configurations 1 cannot be trusted, 2 are consistent; nearest"));
+}
+
+TEST(SweepDocument, TheAnswerAddsUpToAllConfigurations) {
+  SweepAnalysis sweep = sweep_of(3);
+  sweep.studies[0].word.verdict = Verdict::undecided;
+  sweep.studies[1].word.verdict = Verdict::not_gaussian;
+  sweep.studies[2].word.verdict = Verdict::pessimistic;
+  sweep.p_values[2] = 1e-3;
+  EXPECT_EQ(sweep_document(sweep).answer.text,
+            "Of 3 configurations 1 is pessimistic, 1 is not Gaussian, 1 is undecided");
+  sweep.studies[1].word.verdict = Verdict::undecided;
+  sweep.studies[2].word.verdict = Verdict::mixed;
+  EXPECT_EQ(sweep_document(sweep).answer.text, "Of 3 configurations 1 cannot be trusted, 2 are undecided");
+}
+
+TEST(SweepDocument, TheFileEndsWithTheVerdictOverAllAndWhetherItStands) {
+  const TemporaryFolder folder;
+  SweepAnalysis sweep = sweep_of(3);
+  for (StudyAnalysis& study : sweep.studies) study.word.verdict = Verdict::consistent;
+  sweep.studies[1].word.verdict = Verdict::not_gaussian;
+  sweep.p_values = {0.5, 0.25, std::nan("")};
+  write_document(sweep_document(sweep), folder.path(), {});
+  std::istringstream csv(folder.read("sweep.csv"));
+  std::vector<std::string> ends;
+  for (std::string line; std::getline(csv, line);) {
+    line.erase(line.find('\r'));
+    ends.push_back(line.substr(line.rfind(',', line.rfind(',') - 1) + 1));
+  }
+  EXPECT_THAT(ends, testing::ElementsAre("verdict,sweep_p_value", "consistent,0.5", "not Gaussian,0.25",
+                                         "consistent,"));
+}
+
+// A trace over states in metres and angles is in both; that of other worlds is in none.
+TEST(SweepDocument, TheUnitOfATraceIsThatOfAllConfigurations) {
+  SweepAnalysis sweep = sweep_of(3);
+  const auto titles = [&] {
+    const Document document = sweep_document(sweep);
+    std::vector<std::string> all;
+    for (const TableColumn& column : std::get<ReportTable>(document.brief.front()).columns)
+      all.push_back(column.title);
+    return all;
+  };
+  sweep.plan.points[2].scenario.world.model = "planar";
+  EXPECT_THAT(titles(), testing::Contains("last tr P"));
+  for (SweepPoint& point : sweep.plan.points) point.scenario.world.model = "planar";
+  EXPECT_THAT(titles(), testing::Contains("last tr P (m² + rad²)"));
 }
 
 TEST(SweepDocument, TheColourIsThatOfTheWorstAndGreenOnlyWhereAllAreConsistent) {

@@ -114,6 +114,8 @@ TEST(ReplayTuneReport, TableAndDataHaveEveryPart) {
   EXPECT_EQ(table.rows[1][2].text, "6.00");
   EXPECT_EQ(table.rows[1][3].text, "1.90");
   EXPECT_EQ(table.rows[1][6].text, "0.210");
+  EXPECT_EQ(table.columns[6].title, "noise.range_std (m)");
+  EXPECT_EQ(table_of(document, "the noise that the data ask for").rows[0][0].text, "noise.range_std (m)");
   const auto& held = j["held_out"];
   EXPECT_EQ(held["verdict"], "consistent");
   EXPECT_EQ(held["before"]["verdict"], "optimistic");

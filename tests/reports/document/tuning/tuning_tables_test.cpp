@@ -135,7 +135,8 @@ TEST(TuningTables, TheForecastTellsPercentFromShare) {
       {.name = "R", .reason = "it has no effect"}};
   const ReportTable table = tune_forecast_table(forecast);
   EXPECT_THAT(texts_of(table.rows.at(0)), ElementsAre("Q", "4.25 %", "2709", ""));
-  EXPECT_THAT(texts_of(table.rows.at(1)), ElementsAre("R", "–", "–", "held: it has no effect"));
+  EXPECT_THAT(texts_of(table.rows.at(1)), ElementsAre("R", "–", "–", "it has no effect"));
+  EXPECT_EQ(table.columns.back().title, "held, because");
   EXPECT_THAT(table.notes.at(0), HasSubstr("15000 steps"));
   Tuning tuning;
   tuning.forecast = forecast;
@@ -144,6 +145,41 @@ TEST(TuningTables, TheForecastTellsPercentFromShare) {
   EXPECT_TRUE(j[1]["steps_for_10_percent"].is_null());
   EXPECT_EQ(j[1]["null_reason"], "it has no effect");
   EXPECT_FALSE(j[0].contains("null_reason"));
+}
+
+TEST(TuningTables, AForecastOfWhatIsAllFoundHasNoColumnOfReasons) {
+  TuningForecast forecast;
+  forecast.parameters = {
+      {.name = "Q", .identifiable = true, .relative_error = 0.0425, .steps_for_10_percent = 2709.4}};
+  const ReportTable table = tune_forecast_table(forecast);
+  EXPECT_EQ(table.columns.size(), 3U);
+  EXPECT_THAT(texts_of(table.rows.at(0)), ElementsAre("Q", "4.25 %", "2709"));
+}
+
+// "3186 %" and "2029704549" were shown of what is not known at all.
+TEST(TuningTables, ElementsOfARootAreExplainedAndWhatIsNotKnownIsNotWrittenOut) {
+  TuningForecast forecast;
+  forecast.parameters = {{.name = "L_Q[2,1]",
+                          .identifiable = true,
+                          .relative_error = 31.86,
+                          .steps_for_10_percent = 2029704549.0}};
+  const ReportTable table = tune_forecast_table(forecast);
+  EXPECT_THAT(texts_of(table.rows.at(0)), ElementsAre("L_Q[2,1]", "> 100 %", "2.03e9"));
+  EXPECT_THAT(table.notes,
+              testing::Contains("L_Q: the lower triangle L of Q = L Lᵀ, which is searched over."));
+  EXPECT_THAT(table.notes, Not(testing::Contains(HasSubstr("L_R"))));
+  Tuning tuning = one_of_three();
+  EXPECT_THAT(tuned_noise_table("", "", tuning).notes, Not(testing::Contains(HasSubstr("L_Q"))));
+  tuning.forecast = forecast;
+  EXPECT_THAT(tuned_noise_table("", "", tuning).notes, testing::Contains(HasSubstr("L_Q: ")));
+}
+
+TEST(TuningTables, AParameterHasTheUnitOfItsKey) {
+  EXPECT_EQ(tuned_name("noise.speed_std"), "noise.speed_std (m/s)");
+  EXPECT_EQ(tuned_name("noise.bearing_std_deg"), "noise.bearing_std_deg (°)");
+  EXPECT_EQ(tuned_name("filter.process_scale"), "filter.process_scale");
+  EXPECT_EQ(tuned_name("filter.Q[1,1]"), "filter.Q[1,1]");
+  EXPECT_EQ(tuned_name("gps"), "gps");
 }
 
 // The information of a factor on Q = 1e-12 beside R = 1 falls with the square of their ratio.
