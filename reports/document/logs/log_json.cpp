@@ -50,7 +50,7 @@ Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
   return {{"correlation_time_rows", s.sample.correlation_time},
           {"effective_rows", s.sample.size},
           {"p_value", s.time_average.p_value},
-          {"reason", text_or_null(s.time_average.run_sum.reason)},
+          {"reason", text_or_null(s.time_average.average.reason)},
           {"runs_to_settle", settle.runs}};
 }
 
