@@ -223,7 +223,7 @@ ConformalFactor conformal_factor(std::span<const CalibrationRun> runs) {
   for (const CalibrationRun& run : runs) scores.push_back(run.coverage_factor);
   std::ranges::sort(scores);
   const auto at_rank = [&](std::size_t of) {  // NaN where there are too few
-    const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(of)));
+    const auto rank = static_cast<std::size_t>(std::ceil(kCovered * static_cast<double>(of)));
     return rank > 0 && rank <= scores.size() ? scores[rank - 1] : kNaN;
   };
   result.factor = at_rank(scores.size() + 1);
@@ -236,7 +236,7 @@ std::vector<StanfordCell> stanford_cells(std::span<const CalibrationRun> runs) {
   for (const CalibrationRun& run : runs) {
     for (const auto& [place, rows] : run.stanford) all[place] += rows;
   }
-  const auto centre = [](int cell) { return std::pow(10.0, (cell + 0.5) / 8.0); };
+  const auto centre = [](int cell) { return std::pow(10.0, (cell + 0.5) / kStanfordCellsOfADecade); };
   std::vector<StanfordCell> cells;
   cells.reserve(all.size());
   for (const auto& [place, rows] : all) cells.push_back({centre(place.first), centre(place.second), rows});

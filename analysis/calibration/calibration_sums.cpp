@@ -234,8 +234,9 @@ void CalibrationRecorder::add_position(const Row& row, DistanceSums::Bin& here) 
   here.squared = squared;
   for (const Index i : position_) here.variance += row.P(i, i);
   const auto cell = [](double value) {
-    constexpr double kCellsOfADecade = 8.0, kLeast = 1e-12, kMost = 1e12;  // m
-    return static_cast<int>(std::floor(kCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
+    constexpr double kLeast = 1e-12, kMost = 1e12;  // m
+    return static_cast<int>(
+        std::floor(kStanfordCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
   };
   ++run_.stanford[{cell(std::sqrt(squared)), cell(std::sqrt(largest))}];
 }
@@ -299,7 +300,6 @@ void CalibrationRecorder::close_run() {
     run_.effective_rows = unbiased_size(static_cast<double>(run_.whole.rows), time);
     if (std::ssize(runs_) + 1 < kFewestRunsCompared) add_stretches();
   }
-  constexpr double kCovered = 0.95;
   const auto place = static_cast<std::size_t>(std::ceil(kCovered * static_cast<double>(nees_.size()))) - 1;
   std::ranges::nth_element(nees_, nees_.begin() + static_cast<std::ptrdiff_t>(place));
   run_.coverage_factor = n * nees_[place] / chi_square_quantile(kCovered, n);

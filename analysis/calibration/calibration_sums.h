@@ -20,6 +20,9 @@
 
 namespace credence::internal {
 
+inline constexpr double kCovered = 0.95;                ///< of the rows or runs, by a coverage factor
+inline constexpr double kStanfordCellsOfADecade = 8.0;  ///< of position error and of its largest σ, m
+
 /// Sums over some rows of one run; two of them add up to the sums over both.
 struct CalibrationSum {
   /// A state at claimed standard deviations from 10^(bin/4) to 10^((bin+1)/4).

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/scenario/scenario_io.h"

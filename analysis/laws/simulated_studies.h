@@ -21,12 +21,11 @@ class SimulatedStudies {
   /// Averages of runs have mean 1, this standard deviation and this skewness > 0.
   SimulatedStudies(int studies, double deviation, double skewness);
 
-  std::int64_t count() const { return count_; }
   /// The moments of `runs` >= 1 averages, of each study.
   std::span<const SkewedMoments> of_runs(std::int64_t runs);
 
  private:
-  std::int64_t count_;
+  std::size_t studies_;
   double shift_;
   boost::random::mt19937_64 bits_{1};
   boost::random::gamma_distribution<double> gamma_;

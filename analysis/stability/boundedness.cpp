@@ -6,6 +6,7 @@
 
 #include "analysis/stability/dense_svd.h"
 #include "analysis/stability/marginal_modes.h"
+#include "core/enum_words.h"
 #include "core/linear_algebra/decompositions.h"
 
 namespace credence::internal {
@@ -21,14 +22,7 @@ BoundednessReason reason_for(const ExactBoundedness& result) {
 }  // namespace
 
 std::string_view to_string(BoundednessReason reason) {
-  switch (reason) {
-    case BoundednessReason::paired: return "paired";
-    case BoundednessReason::nothing_unobserved: return "nothing unobserved";
-    case BoundednessReason::unpaired: return "unpaired";
-    case BoundednessReason::unstable: return "unstable";
-    case BoundednessReason::undecided: break;
-  }
-  return "undecided";
+  return word_of(reason, {"paired", "nothing unobserved", "unpaired", "unstable", "undecided"});
 }
 
 ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt) {

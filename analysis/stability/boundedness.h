@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "analysis/stability/marginal_modes.h"
 #include "analysis/stability/ranks.h"
 #include "analysis/stability/riccati_doubling.h"
 
@@ -29,7 +30,7 @@ struct ExactBoundedness {
   RankDecision noise;          ///< rank of Q_t, or of the accumulated noise S
   RankDecision observability;  ///< rank O; its kernel is N_o
   Index unobserved = 0;        ///< dimension of N_o, for general F of its part with |λ| ≥ 1
-  RankDecision pairing;        ///< rank of Zᵀ N_o by the cosines between the two subspaces
+  Pairing pairing;             ///< rank of Zᵀ N_o by the cosines between the two subspaces
 
   bool bounded() const {
     return reason == BoundednessReason::paired || reason == BoundednessReason::nothing_unobserved;
@@ -81,7 +82,7 @@ class AccumulatedNoise {
 /// `psd_tolerance` must be above the accuracy of the ΔP_k: an exact minimal trace that has not converged
 /// fills the kernel of S.
 ExactBoundedness exact_boundedness(const AccumulatedNoise& noise, const ObservabilityAnalysis& observability,
-                                   double psd_tolerance = kPsdRankTolerance);
+                                   double psd_tolerance);
 
 /// How P grew, by doubling.
 struct MeasuredBoundedness {

@@ -90,12 +90,7 @@ ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma, VectorRef before) {
 
 std::vector<ExactMoments> exact_moments(const LinearModel& truth,
                                         const std::vector<LinearFilterStep>& steps) {
-  return exact_moments(truth, truth, steps);
-}
-
-std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearModel& assumed,
-                                        const std::vector<LinearFilterStep>& steps) {
-  return exact_moments(std::span(&truth, 1), std::span(&assumed, 1), steps);
+  return exact_moments(std::span(&truth, 1), std::span(&truth, 1), steps);
 }
 
 std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,

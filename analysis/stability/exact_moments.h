@@ -32,12 +32,8 @@ struct ExactMoments {
 /// P is legal. O(n³) a step. Throws std::invalid_argument for steps of other sizes than the model's.
 std::vector<ExactMoments> exact_moments(const LinearModel& truth, const std::vector<LinearFilterStep>& steps);
 
-/// The same for a filter that may have another F or H: the covariance is then that of [e; x]
-/// (core/models/model_mismatch.h), with x̂_0 = 0, and Σ is its block of e.
-std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearModel& assumed,
-                                        const std::vector<LinearFilterStep>& steps);
-
-/// The same where both repeat themselves after a period, of whose steps these are the models.
+/// The same for models of a period, of whose steps these are, and a filter that may have another F or H: the
+/// covariance is then that of [e; x] (core/models/model_mismatch.h), with x̂_0 = 0, and Σ is its block of e.
 std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
                                         std::span<const LinearModel> assumed,
                                         const std::vector<LinearFilterStep>& steps);

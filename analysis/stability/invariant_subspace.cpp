@@ -14,11 +14,12 @@ namespace {
 using Complex = std::complex<double>;
 using ComplexMatrix = Eigen::MatrixXcd;
 
+constexpr double kOnCircle = 1e-8;  // of |λ| from 1
 constexpr int kLargestChain = 6;
 constexpr double kSameEigenvalue = 1e-4;  // rounding scatters those of a Jordan chain
 
-UnitCircle place(double modulus, double tolerance) {
-  if (std::abs(modulus - 1.0) <= tolerance) return UnitCircle::on;
+UnitCircle place(double modulus) {
+  if (std::abs(modulus - 1.0) <= kOnCircle) return UnitCircle::on;
   return modulus < 1.0 ? UnitCircle::inside : UnitCircle::outside;
 }
 
@@ -27,7 +28,7 @@ double jordan_scatter(int size) {
   return 10.0 * std::pow(std::numeric_limits<double>::epsilon(), 1.0 / static_cast<double>(size));
 }
 
-bool is_marginal_chain(const Eigen::VectorXcd& eigenvalues, Index i, double tolerance) {
+bool is_marginal_chain(const Eigen::VectorXcd& eigenvalues, Index i) {
   std::vector<Complex> nearest(eigenvalues.begin(), eigenvalues.end());
   const Complex centre = eigenvalues[i];
   std::ranges::sort(nearest,
@@ -39,7 +40,7 @@ bool is_marginal_chain(const Eigen::VectorXcd& eigenvalues, Index i, double tole
     double radius = 0.0;
     for (int j = 0; j < size; ++j)
       radius = std::max(radius, std::abs(nearest[static_cast<std::size_t>(j)] - mean));
-    if (radius <= jordan_scatter(size) && std::abs(std::abs(mean) - 1.0) <= tolerance) return true;
+    if (radius <= jordan_scatter(size) && std::abs(std::abs(mean) - 1.0) <= kOnCircle) return true;
   }
   return false;
 }
@@ -89,14 +90,14 @@ Matrix eigenvectors_at(MatrixRef Lambda, Complex mu) {
 
 }  // namespace
 
-std::vector<UnitCircle> classify_unit_circle(const Eigen::VectorXcd& eigenvalues, double tolerance) {
+std::vector<UnitCircle> classify_unit_circle(const Eigen::VectorXcd& eigenvalues) {
   std::vector<UnitCircle> where;
   where.reserve(static_cast<std::size_t>(eigenvalues.size()));
   for (Index i = 0; i < eigenvalues.size(); ++i) {
     const double modulus = std::abs(eigenvalues[i]);
-    UnitCircle here = place(modulus, tolerance);
+    UnitCircle here = place(modulus);
     const bool near = std::abs(modulus - 1.0) <= jordan_scatter(kLargestChain);
-    if (here != UnitCircle::on && near && is_marginal_chain(eigenvalues, i, tolerance)) here = UnitCircle::on;
+    if (here != UnitCircle::on && near && is_marginal_chain(eigenvalues, i)) here = UnitCircle::on;
     where.push_back(here);
   }
   return where;

@@ -11,11 +11,11 @@ namespace credence::internal {
 
 enum class UnitCircle { inside, on, outside };
 
-/// Tells inside from on from outside with a tolerance on |λ| of `tolerance`.
+/// Tells inside from on from outside with a tolerance on |λ| of 1e-8.
 ///
 /// A Jordan block of size s scatters its eigenvalue by ε^{1/s} on a circle, which would put a marginal mode
 /// on both sides; s eigenvalues that are no further from their mean than that are judged by their mean.
-std::vector<UnitCircle> classify_unit_circle(const Eigen::VectorXcd& eigenvalues, double tolerance = 1e-8);
+std::vector<UnitCircle> classify_unit_circle(const Eigen::VectorXcd& eigenvalues);
 
 /// The modes of a square real matrix, from its Schur form.
 class InvariantSubspaces {

@@ -1,5 +1,7 @@
 #include "analysis/stability/marginal_modes.h"
 
+#include <algorithm>
+
 #include "analysis/stability/dense_svd.h"
 #include "analysis/stability/invariant_subspace.h"
 
@@ -29,12 +31,12 @@ bool find_untouched(MatrixRef F, MarginalModes& modes) {
 
 }  // namespace
 
-RankDecision pair_subspaces(const Matrix& left, const Matrix& right) {
-  // Cosines have an absolute scale: if all are rounding, none counts.
-  RankDecision decision = decide_rank(dense_svd(left.transpose() * right).s, kPairingTolerance);
-  while (decision.rank > 0 && decision.singular_values[decision.rank - 1] <= kPairingTolerance)
-    --decision.rank;
-  return decision;
+Pairing pair_subspaces(const Matrix& left, const Matrix& right) {
+  Pairing pairing{.cosines = dense_svd(left.transpose() * right).s};
+  // Beside their own rank cosines have an absolute scale: if all are rounding, none counts.
+  pairing.rank = std::min<Index>(decide_rank(pairing.cosines, kPairingTolerance).rank,
+                                 (pairing.cosines.array() > kPairingTolerance).count());
+  return pairing;
 }
 
 MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt) {

@@ -12,6 +12,12 @@ namespace credence::internal {
 /// A cosine between two subspaces above which they count as not orthogonal.
 inline constexpr double kPairingTolerance = 1e-7;
 
+/// How two subspaces lie to each other.
+struct Pairing {
+  Index rank = 0;    ///< of leftᵀ · right
+  Vector cosines{};  ///< of the angles between them, the largest first
+};
+
 /// What there is of such modes in (F, H, Q_t), and how they pair.
 struct MarginalModes {
   bool ok = false;  ///< false: the eigenvalues did not converge, nothing else is set
@@ -27,7 +33,7 @@ struct MarginalModes {
 
   /// Of Tᵀ · undetectable, by cosines of the angles between them; T, n×q', is the part of `untouched` that
   /// stays bounded in time: no Jordan chains.
-  RankDecision pairing;
+  Pairing pairing;
 
   /// Z Nᵒ has full column rank: some functional that no noise touches fixes every undetectable direction.
   bool paired() const { return unstable_undetectable == 0 && pairing.rank == undetectable.cols(); }
@@ -39,6 +45,6 @@ struct MarginalModes {
 MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt);
 
 /// Rank of leftᵀ · right for orthonormal columns, by the cosines of the angles between their spans.
-RankDecision pair_subspaces(const Matrix& left, const Matrix& right);
+Pairing pair_subspaces(const Matrix& left, const Matrix& right);
 
 }  // namespace credence::internal

@@ -7,6 +7,7 @@
 #include "analysis/stability/riccati_marginal.h"
 #include "analysis/stability/riccati_newton.h"
 #include "analysis/stability/riccati_scaling.h"
+#include "core/enum_words.h"
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/matrix_product.h"
 #include "core/nan.h"
@@ -119,15 +120,7 @@ namespace credence {
 using namespace internal;
 
 std::string_view to_string(RiccatiKind kind) {
-  switch (kind) {
-    case RiccatiKind::stabilising: return "stabilising";
-    case RiccatiKind::strong: return "strong";
-    case RiccatiKind::depends_on_initial: return "psd depending on P0";
-    case RiccatiKind::oscillating: return "oscillating";
-    case RiccatiKind::unbounded: return "none";
-    case RiccatiKind::undecided: break;
-  }
-  return "undecided";
+  return word_of(kind, {"stabilising", "strong", "psd depending on P0", "oscillating", "none", "undecided"});
 }
 
 RiccatiSolution solve_riccati(const RiccatiProblem& problem, const Matrix& P0,

@@ -12,12 +12,10 @@
 #include "analysis/stability/unobservable_names.h"
 #include "core/filters/linear_filter.h"
 #include "core/nan.h"
+#include "core/stop_point.h"
 
 namespace credence::internal {
 namespace {
-
-/// Steps computed at a time: each keeps several n×n matrices.
-constexpr Index kChunk = 50;
 
 /// Increments below this share of the trace are rounding.
 constexpr double kGrowthTolerance = 1e-6;
@@ -43,27 +41,24 @@ std::string failure_of(const LinearFilterStep& step, Index number, const LinearM
 }
 
 /// Follows the filter; `last` receives the step `steps`, or the last that succeeds, and `steps` its number.
-LongHorizon follow(LinearModel model, const InflationRule& rule, Index& steps, Index horizon,
+LongHorizon follow(const LinearModel& model, const InflationRule& rule, Index& steps, Index horizon,
                    LinearFilterStep& last) {
   LongHorizon h;
   const Index asked = std::exchange(steps, 0);
-  InflationAlongRun along;
+  LinearFilter filter(model, rule);
   for (Index done = 0; done < horizon;) {
-    const Index count = std::min(kChunk, horizon - done);
-    const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count, along);
-    for (const LinearFilterStep& step : chunk) {
-      if (!step.ok) {
-        h.failure = failure_of(step, done + 1, model);
-        h.growth = judge_growth(h.trace_prior, kGrowthTolerance);
-        h.growth.verdict = LongRun::failed;
-        return h;
-      }
-      h.trace_prior.push_back(step.P_prior.trace());
-      h.trace.push_back(step.P.trace());
-      h.converged = h.converged && step.converged;
-      if (++done <= asked) last = step, steps = done;
+    stop_point();
+    const LinearFilterStep& step = filter.step();
+    if (!step.ok) {
+      h.failure = failure_of(step, done + 1, model);
+      h.growth = judge_growth(h.trace_prior, kGrowthTolerance);
+      h.growth.verdict = LongRun::failed;
+      return h;
     }
-    model.P0 = chunk.back().P;
+    h.trace_prior.push_back(step.P_prior.trace());
+    h.trace.push_back(step.P.trace());
+    h.converged = h.converged && step.converged;
+    if (++done <= asked) last = step, steps = done;
   }
   h.growth = judge_growth(h.trace_prior, kGrowthTolerance);
   return h;

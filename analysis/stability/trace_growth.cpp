@@ -2,18 +2,13 @@
 
 #include <cmath>
 
+#include "core/enum_words.h"
+
 namespace credence {
 
 using namespace internal;
 
-std::string_view to_string(LongRun verdict) {
-  switch (verdict) {
-    case LongRun::bounded: return "bounded";
-    case LongRun::growing: return "growing";
-    case LongRun::failed: break;
-  }
-  return "failed";
-}
+std::string_view to_string(LongRun verdict) { return word_of(verdict, {"bounded", "growing", "failed"}); }
 
 TraceGrowth judge_growth(const std::vector<double>& trace, double resolution) {
   TraceGrowth growth;

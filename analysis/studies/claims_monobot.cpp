@@ -10,6 +10,7 @@
 #include "analysis/stability/stability_analysis.h"
 #include "analysis/studies/claims.h"
 #include "core/append_item.h"
+#include "core/enum_words.h"
 #include "core/filters/linear_filter.h"
 #include "core/inflation/rank_inflation.h"
 #include "core/number_text.h"
@@ -317,13 +318,7 @@ Claim anchored_is_bounded() {
 }  // namespace
 
 std::string_view to_string(ClaimVerdict verdict) {
-  switch (verdict) {
-    case ClaimVerdict::holds: return "holds";
-    case ClaimVerdict::conditional: return "conditional";
-    case ClaimVerdict::fails: return "fails";
-    case ClaimVerdict::not_measured: return "not measured";
-  }
-  return "";
+  return word_of(verdict, {"holds", "conditional", "fails", "not measured"});
 }
 
 std::vector<Claim> monobot_claims() {

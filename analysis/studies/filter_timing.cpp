@@ -12,6 +12,7 @@
 #endif
 
 #include "analysis/studies/textbook_ekf.h"
+#include "core/enum_words.h"
 #include "core/filters/block_map_ekf_slam.h"
 #include "core/filters/ekf_slam.h"
 #include "core/parallel_tasks.h"
@@ -271,15 +272,7 @@ std::vector<TimedWork> other_works(std::span<const int> threads) {
 
 }  // namespace
 
-std::string_view to_string(TimedFilter filter) {
-  switch (filter) {
-    case TimedFilter::full: return "full";
-    case TimedFilter::naive: return "naive";
-    case TimedFilter::map: return "map";
-    case TimedFilter::batch: return "batch";
-  }
-  return "";
-}
+std::string_view to_string(TimedFilter filter) { return word_of(filter, {"full", "naive", "map", "batch"}); }
 
 Index largest_map(TimedFilter filter) {
   switch (filter) {

@@ -66,7 +66,7 @@ std::vector<RankMapSummary> summarise(std::span<const RankMapCell> cells, double
     group.bounded += cell.bounded ? 1 : 0;
     group.exact_errs += cell.predicted != cell.bounded ? 1 : 0;
     group.paper_errs += cell.paper != cell.bounded ? 1 : 0;
-    group.errors_outside += cell.nees_ratio > 1.0 && adjusted[i] < 1.0 - confidence ? 1 : 0;
+    group.errors_outside += cell.nees_ratio > 1.0 && adjusted[i] <= 1.0 - confidence ? 1 : 0;
     group.largest_nees_ratio = std::max(group.largest_nees_ratio, cell.nees_ratio);
   }
   std::vector<RankMapSummary> result;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/enum_words.h"
 #include "core/manifold/angle.h"
 
 namespace credence::internal {
@@ -88,23 +89,11 @@ double unwrapped_difference(double heading, double compass_noise, double heading
 }  // namespace
 
 std::string_view to_string(Defect defect) {
-  switch (defect) {
-    case Defect::none: return "exact filter";
-    case Defect::process_noise_too_small: return "Q assumed 1/25";
-    case Defect::process_noise_too_large: return "Q assumed x 25";
-    case Defect::measurement_noise_too_small: return "R assumed 1/2";
-    case Defect::measurement_noise_too_large: return "R assumed x 2";
-    case Defect::wrong_dof: return "one dof too many";
-    case Defect::unwrapped_angle: return "angle not wrapped";
-    case Defect::dropped_cross_covariance: return "cross-covariance dropped";
-    case Defect::coloured_noise: return "innovation not white";
-    case Defect::initial_covariance: return "P0 assumed 1/9";
-    case Defect::gated_innovations: return "gated innovations";
-    case Defect::biased_measurement: return "biased compass";
-    case Defect::heavy_tails: return "noise with heavy tails, P right";
-    case Defect::shared_prior: return "two sensors against one prior, P right";
-  }
-  return "unknown";
+  return word_of(defect,
+                 {"exact filter", "Q assumed 1/25", "Q assumed x 25", "R assumed 1/2", "R assumed x 2",
+                  "one dof too many", "angle not wrapped", "cross-covariance dropped", "innovation not white",
+                  "P0 assumed 1/9", "gated innovations", "biased compass", "noise with heavy tails, P right",
+                  "two sensors against one prior, P right"});
 }
 
 SyntheticSetup setup_of(Defect defect) {

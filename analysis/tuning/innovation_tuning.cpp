@@ -12,6 +12,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/normal_quantile.h"
+#include "core/enum_words.h"
 #include "core/number_text.h"
 #include "core/record/unwrapped_angles.h"
 
@@ -148,13 +149,7 @@ void add_notes(InnovationTuning& t) {
 }  // namespace
 
 std::string_view to_string(GainError error) {
-  switch (error) {
-    case GainError::none_seen: return "none seen";
-    case GainError::too_small: return "too small";
-    case GainError::too_large: return "too large";
-    case GainError::other: break;
-  }
-  return "other";
+  return word_of(error, {"none seen", "too small", "too large", "other"});
 }
 
 InnovationTuning tune_innovations(const SensorRecord& record, double confidence) {

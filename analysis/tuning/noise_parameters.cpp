@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/enum_words.h"
 #include "core/linear_algebra/cholesky.h"
 
 namespace credence::internal {
@@ -55,14 +56,7 @@ std::string element_name(NoiseMatrix matrix, Index row, Index column) {
 
 }  // namespace
 
-std::string_view to_string(NoiseMatrix matrix) {
-  switch (matrix) {
-    case NoiseMatrix::Q: return "Q";
-    case NoiseMatrix::R: return "R";
-    case NoiseMatrix::P0: break;
-  }
-  return "P0";
-}
+std::string_view to_string(NoiseMatrix matrix) { return word_of(matrix, {"Q", "R", "P0"}); }
 
 std::vector<FreeNoise> parse_free_noise(std::string_view text) {
   std::vector<FreeNoise> free;

@@ -6,7 +6,7 @@
 #include "analysis/laws/chi_square/chi_square_truncated.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/hall_score.h"
-#include "analysis/laws/mean/student_positive_mean.h"
+#include "analysis/laws/scores/rmse_interval.h"
 #include "analysis/tuning/stretches.h"
 #include "core/nan.h"
 
@@ -101,18 +101,6 @@ SkewedMoments mean_over(std::span<const NisStretch> parts) {
   return moments;
 }
 
-/// In few skewed parts the large ones may be missing: the upper end is the further one of two that remove the
-/// skewness.
-MeanInterval mean_interval(const SkewedMoments& mean, double confidence) {
-  MeanInterval interval =
-      positive_mean_interval({.count = mean.count, .mean = mean.mean, .m2 = mean.m2}, confidence);
-  const MeanInterval by_skewness = hall_interval(mean, confidence);
-  if (interval.reason.empty() && by_skewness.reason.empty()) {
-    interval.upper = std::max(interval.upper, by_skewness.upper);
-  }
-  return interval;
-}
-
 }  // namespace
 
 NoiseScale noise_scale(NisOfRuns runs, double dof, double gate, double confidence) {
@@ -129,7 +117,9 @@ NoiseScale noise_scale(NisOfRuns runs, double dof, double gate, double confidenc
     result.reason = "the recording is too short for its correlation in time";
     return result;
   }
-  const MeanInterval interval = mean_interval(mean, confidence);
+  // In few skewed parts the large ones may be missing: the upper end is the further one of two that remove
+  // the skewness.
+  const MeanInterval interval = mean_square_interval(mean, confidence);
   result.reason = interval.reason;
   if (!interval.reason.empty()) return result;
   result.lower = scale_of_mean(interval.lower, dof, gate);

@@ -84,6 +84,12 @@ void LinearFilter::reset(Matrix P) {
   inflation_.reset();
 }
 
+const LinearFilterStep& LinearFilter::step() {
+  const auto phase = static_cast<std::size_t>(steps_++ % std::ssize(period_));
+  step_ = advance(period_[phase], rule_, GQG_[phase], step_.P, inflation_, workspace_);
+  return step_;
+}
+
 const LinearFilterStep& LinearFilter::step(std::span<const Index> rows) {
   const auto phase = static_cast<std::size_t>(steps_++ % std::ssize(period_));
   if (period_.size() > 1) seen_.F = period_[phase].F;
@@ -93,30 +99,6 @@ const LinearFilterStep& LinearFilter::step(std::span<const Index> rows) {
   return step_;
 }
 
-namespace {
-
-std::vector<LinearFilterStep> steps_of(std::span<const LinearModel> period, const InflationRule& rule,
-                                       Index steps, InflationAlongRun& along) {
-  std::vector<Matrix> GQG;
-  for (const LinearModel& model : period) {
-    if (rule.is_sequential()) require_diagonal(model);
-    GQG.push_back(process_covariance(model));
-  }
-  SequentialWorkspace workspace;
-  std::vector<LinearFilterStep> result;
-  result.reserve(static_cast<std::size_t>(steps));
-  for (Index k = 0; k < steps; ++k) {
-    stop_point();
-    const Matrix& P = result.empty() ? period.front().P0 : result.back().P;
-    const auto phase = static_cast<std::size_t>(k % std::ssize(period));
-    result.push_back(advance(period[phase], rule, GQG[phase], P, along, workspace));
-    if (!result.back().ok) break;
-  }
-  return result;
-}
-
-}  // namespace
-
 std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
                                                   Index steps) {
   return linear_filter_steps(std::span(&assumed, 1), rule, steps);
@@ -124,13 +106,15 @@ std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, co
 
 std::vector<LinearFilterStep> linear_filter_steps(std::span<const LinearModel> period,
                                                   const InflationRule& rule, Index steps) {
-  InflationAlongRun along;
-  return steps_of(period, rule, steps, along);
-}
-
-std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
-                                                  Index steps, InflationAlongRun& along) {
-  return steps_of({&assumed, 1}, rule, steps, along);
+  LinearFilter filter({period.begin(), period.end()}, rule);
+  std::vector<LinearFilterStep> result;
+  result.reserve(static_cast<std::size_t>(steps));
+  for (Index k = 0; k < steps; ++k) {
+    stop_point();
+    result.push_back(filter.step());
+    if (!result.back().ok) break;
+  }
+  return result;
 }
 
 }  // namespace credence::internal

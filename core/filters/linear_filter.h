@@ -35,8 +35,10 @@ class LinearFilter {
   void reset();
   void reset(Matrix P);
 
-  /// One step with the measurements `rows` (row numbers of H, ascending) alone; K has a column and S a row
-  /// for each of them. Good until the next call. After a step that is not ok the filter must be reset.
+  /// One step; good until the next call. After a step that is not ok the filter must be reset.
+  const LinearFilterStep& step();
+  /// The same with the measurements `rows` (row numbers of H, ascending) alone; K has a column and S a row
+  /// for each of them.
   const LinearFilterStep& step(std::span<const Index> rows);
 
   /// What `step` returned last; before the first one only P is good, which is P0.
@@ -65,9 +67,5 @@ std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, co
 /// The same for a periodic model, of whose steps 1 … p `period` has the models; P0 is that of the first.
 std::vector<LinearFilterStep> linear_filter_steps(std::span<const LinearModel> period,
                                                   const InflationRule& rule, Index steps);
-
-/// The same for the next `steps` of a run whose P is now assumed.P0, and whose inflation so far is `along`.
-std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
-                                                  Index steps, InflationAlongRun& along);
 
 }  // namespace credence::internal

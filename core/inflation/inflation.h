@@ -40,7 +40,7 @@ struct InflationStep {
 };
 
 /// The same, faster along a run: min_trace starts from where the last step ended, kept in `state` by the
-/// caller (one per run), and returns its certificate, which belongs to every verdict on boundedness.
+/// caller (one per run), and returns its certificate: a verdict on boundedness needs `converged`.
 InflationStep inflate(Matrix& P, const internal::BlockLayout& layout, Inflation inflation,
                       InflationSolution solution, internal::MinTraceState& state,
                       const internal::MinTraceOptions& options = {});

@@ -280,10 +280,6 @@ MinTraceBound solve(Matrix O, const Blocks& blocks, const BlockLayout& layout, c
 
 }  // namespace
 
-Matrix MinTraceBound::inflation(const MatrixRef& A, const BlockLayout& layout) const {
-  return E - without_diagonal_blocks(A, blocks_of(layout));
-}
-
 MinTraceBound min_trace_bound(const MatrixRef& A, const BlockLayout& layout, const MinTraceOptions& options,
                               MinTraceState* state) {
   require(A, layout, options);

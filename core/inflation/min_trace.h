@@ -32,9 +32,6 @@ struct MinTraceBound {
   Index sweeps = 0;         ///< of the block ascent
   Index interior_point_steps = 0;
   bool converged = false;  ///< relative_gap ≤ the one wanted
-
-  /// ΔP = E − offdiag(A), for the A and layout that E was computed for.
-  Matrix inflation(const MatrixRef& A, const BlockLayout& layout) const;
 };
 
 /// min tr E subject to E − offdiag(A) ⪰ 0, E block diagonal (theory, section 4).

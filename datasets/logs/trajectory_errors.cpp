@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/enum_words.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/alignment.h"
 #include "datasets/logs/conventions/convention_check.h"
@@ -20,13 +21,7 @@
 namespace credence {
 
 std::string_view to_string(TruthAlignment alignment) {
-  switch (alignment) {
-    case TruthAlignment::none: return "none";
-    case TruthAlignment::se2: return "se2";
-    case TruthAlignment::yaw: return "yaw";
-    case TruthAlignment::se3: return "se3";
-  }
-  return "none";
+  return internal::word_of(alignment, {"none", "se2", "yaw", "se3"});
 }
 
 }  // namespace credence

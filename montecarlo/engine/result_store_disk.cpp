@@ -18,10 +18,7 @@ constexpr off_t kSharedBytes = 32 * 1024;  ///< that SQLite makes the file at a 
 constexpr double kLeastRoom = 128 * 1024;  ///< for it, the first pages and the log
 
 [[noreturn]] void refuse(const std::filesystem::path& database) {
-  throw StoreError(
-      fmt::format("{}: the disk is full: free some space and run the same command again, which goes on from "
-                  "what is stored",
-                  database.string()));
+  throw StoreError(fmt::format("{}: {}", database.string(), kDiskIsFull));
 }
 
 }  // namespace

@@ -35,9 +35,7 @@ std::string reason(sqlite3* database, int code) {
 
 std::string explain(sqlite3* database, int code) {
   switch (code & 0xFF) {  // the upper bits give the kind of the kind
-    case SQLITE_FULL:
-      return "the disk is full: free some space and run the same command again, which goes on from what is "
-             "stored";
+    case SQLITE_FULL: return std::string(kDiskIsFull);
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return "is locked by another process";
     case SQLITE_NOTADB: return fmt::format("is no result store, or one that is damaged: {}", kDamageAdvice);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/enum_words.h"
 #include "montecarlo/engine/byte_stream.h"
 
 namespace credence::internal {
@@ -47,13 +48,7 @@ namespace credence {
 using namespace internal;
 
 std::string_view to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::ok: return "ok";
-    case Outcome::diverged: return "diverged";
-    case Outcome::not_positive_definite: return "not_positive_definite";
-    case Outcome::threw: return "threw";
-  }
-  return "unknown";
+  return word_of(outcome, {"ok", "diverged", "not_positive_definite", "threw"});
 }
 
 void StepStatistics::merge(const StepStatistics& other) {
@@ -103,11 +98,7 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
 
 namespace credence::internal {
 
-std::optional<Outcome> outcome_named(std::string_view word) {
-  const auto* const found =
-      std::ranges::find(kOutcomes, word, [](Outcome outcome) { return to_string(outcome); });
-  return found == kOutcomes.end() ? std::nullopt : std::optional(*found);
-}
+std::optional<Outcome> outcome_named(std::string_view word) { return value_named(word, Outcome::threw); }
 
 double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
   constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 3 * sizeof(std::uint64_t);

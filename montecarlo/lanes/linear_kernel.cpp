@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/simd/aligned_vector.h"
 #include "core/simd/kernel_choice.h"
 #include "montecarlo/lanes/linear_kernel_storage.h"
 #include "montecarlo/random/normal_kernel.h"
@@ -50,10 +51,8 @@ class Workspace {
     const std::int64_t sums = plan.steps * kSumsOfStep, errors = plan.states * batch;
     const std::int64_t scratch = (std::int64_t{plan.states} + plan.measurements) * kNoiseLanes;
     const std::int64_t run_sums = (runs + kNoiseLanes - 1) / kNoiseLanes * kNoiseLanes;
-    storage_.resize(static_cast<std::size_t>(noise + sums + errors + scratch + run_sums + 8));
-    void* p = storage_.data();
-    std::size_t space = storage_.size() * sizeof(double);
-    double* start = static_cast<double*>(std::align(64, 64, p, space));
+    storage_.resize(static_cast<std::size_t>(noise + sums + errors + scratch + run_sums));
+    double* const start = storage_.data();
     double* const after_errors = start + noise + sums + errors;
     workspace_ = {
         batch, groups, start, start + noise, start + noise + sums, after_errors, after_errors + scratch};
@@ -64,7 +63,7 @@ class Workspace {
   /// To a multiple of 1 KB.
   static std::int64_t round_up(std::int64_t doubles) { return (doubles + 127) / 128 * 128; }
 
-  std::vector<double> storage_;
+  AlignedVector storage_;
   LinearWorkspace workspace_;
 };
 

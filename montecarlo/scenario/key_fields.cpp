@@ -50,6 +50,12 @@ ChoiceField own_choice(const std::string& path, std::vector<std::string_view> wo
           [=](Scenario& s, std::size_t index) { set_own(s, path, index, std::size_t{0}); }, std::move(words)};
 }
 
+KeyRow own_row(std::string_view section, std::string_view name, std::string_view unit,
+               std::string_view meaning, double default_value) {
+  return {section, name, unit, meaning,
+          own_real(fmt::format("{}.{}", section, name), default_value, Interval::kNotNegative)};
+}
+
 double real_value(const Scenario& scenario, std::string_view path) {
   return field_at<RealField>(path).get(scenario);
 }

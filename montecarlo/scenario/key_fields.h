@@ -45,6 +45,10 @@ IntegerField own_integer(const std::string& path, std::int64_t default_value, st
 /// The first word is the default.
 ChoiceField own_choice(const std::string& path, std::vector<std::string_view> words);
 
+/// The row of a key whose value, not negative, a world keeps.
+KeyRow own_row(std::string_view section, std::string_view name, std::string_view unit,
+               std::string_view meaning, double default_value);
+
 /// The value of a key by its path, such as "noise.range_std". Throws std::invalid_argument for a path that no
 /// key of that type has.
 double real_value(const Scenario& scenario, std::string_view path);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/trim_blanks.h"
 #include "montecarlo/scenario/scenario_resolve.h"
 #include "montecarlo/scenario/scenario_schema.h"
 
@@ -262,12 +263,6 @@ SettingValue sweep_override_value(const std::string& text) {
   return is_toml ? override_value(text) : SettingValue{ScalarValue{text}};
 }
 
-std::string trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return std::string(text.substr(begin, text.find_last_not_of(" \t") - begin + 1));
-}
-
 bool same_key(const Setting& a, const Setting& b) { return a.section == b.section && a.key == b.key; }
 
 void replace_or_add(std::vector<Setting>& settings, Setting setting) {
@@ -282,7 +277,7 @@ void replace_or_add(std::vector<Setting>& settings, Setting setting) {
 
 void apply_override(ScenarioDocument& document, const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
-  const std::string path = trimmed(std::string_view(text).substr(0, equals));
+  const std::string path(trim_blanks(std::string_view(text).substr(0, equals)));
   const std::size_t dot = section_end(path);
   if (equals == text.size() || dot == 0 || dot == std::string::npos || dot + 1 == path.size()) {
     const std::string meant = dot == std::string::npos ? keys_without_section(path) : "";
@@ -292,7 +287,7 @@ void apply_override(ScenarioDocument& document, const std::string& text) {
   }
   const std::string section = path.substr(0, dot);
   const std::string key = path.substr(dot + 1);
-  const std::string value = trimmed(std::string_view(text).substr(equals + 1));
+  const std::string value(trim_blanks(std::string_view(text).substr(equals + 1)));
   std::string place = fmt::format("--set {}={}", shown_text(path), shown_text(value));
   if (section == "sweep") {
     replace_or_add(document.sweep, make_setting(key, sweep_override_value(value), std::move(place)));

@@ -17,6 +17,9 @@ namespace {
 // at most 0.12.
 constexpr double kLeastByProcessNoise = 0.15;
 
+// A share of R in S from which on a wrong S is laid on R.
+constexpr double kMostlyR = 0.5;
+
 // The gain is too small if innovations are followed by others of the same sign, too large if of the opposite.
 Cause cause_by_gain(bool nis_high, bool positive) {
   if (nis_high) return positive ? Cause::process_noise_too_small : Cause::measurement_noise_too_small;
@@ -158,7 +161,7 @@ InnovationShape without_mean(const InnovationShape& shape, const Vector& mean) {
 }  // namespace
 
 Causes find_opposed_components(const Findings& findings) {
-  constexpr double kMostlyR = 0.5, kExchanged = 1.5;
+  constexpr double kExchanged = 1.5;
   if (!findings.opposed_components || !find_coloured_noise(findings).empty()) return {};
   const auto& [large_name, small_name, large, small, lags, share] = *findings.opposed_components;
   const double clear = cause_quantile(findings, 2.0);
@@ -176,7 +179,7 @@ Causes find_opposed_components(const Findings& findings) {
 }
 
 Causes find_wrong_component(const Findings& findings) {
-  constexpr double kMostlyR = 0.5, kApart = 1.5;
+  constexpr double kApart = 1.5;
   if (!findings.wrong_component) return {};
   const auto& [name, factor, others, share] = *findings.wrong_component;
   if (std::abs(std::log(factor.mean / others)) < std::log(kApart)) return {};
@@ -194,7 +197,7 @@ Causes find_wrong_component(const Findings& findings) {
 }
 
 Causes find_wrong_pair(const Findings& findings) {
-  constexpr double kMostlyR = 0.5, kApart = 1.1;
+  constexpr double kApart = 1.1;
   if (!findings.wrong_pair) return {};
   const auto& [sum_name, difference_name, sum, difference, share] = *findings.wrong_pair;
   if (std::abs(std::log(sum.mean / difference.mean)) < std::log(kApart)) return {};

@@ -111,7 +111,8 @@ MeanInterval mean_nees_of(const StudyPrefix& prefix, double confidence) {
 }
 
 bool precise(const StopRule& rule, const MeanInterval& interval) {
-  return rule.precision > 0.0 && interval.count >= rule.min_runs && interval.reason.empty() &&
+  constexpr std::int64_t kFewestForPrecision = 30;
+  return rule.precision > 0.0 && interval.count >= kFewestForPrecision && interval.reason.empty() &&
          interval.half_width() <= rule.precision * interval.mean;
 }
 

@@ -28,7 +28,6 @@ struct StopRule {
   bool on_verdict = true;          ///< stop when a filter is proved inconsistent
   double consistent_within = 0.0;  ///< > 0: stop as consistent when P is proved right within this factor − 1
   double precision = 0.0;          ///< > 0: stop when the mean NEES is known to this relative half-width
-  std::int64_t min_runs = 30;      ///< no stop by precision before
 };
 
 /// The sums of the finished prefix of runs.
@@ -57,7 +56,8 @@ struct StopDecision {
 
 /// Looks at a prefix. Precision is relative to the measured mean, and not absolute: the moment of stopping
 /// then hardly depends on the mean, and the interval keeps its coverage (measured 93.5 to 95.5 % at nominal
-/// 95 % with min_runs 30). Throws std::invalid_argument for a rule outside its range or sizes that differ.
+/// 95 %); it stops no study before 30 runs. Throws std::invalid_argument for a rule outside its range or
+/// sizes that differ.
 StopDecision look(const StopRule& rule, const StudyPrefix& prefix);
 
 }  // namespace credence::internal

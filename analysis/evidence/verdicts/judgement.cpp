@@ -21,6 +21,7 @@
 #include "analysis/evidence/verdicts/sensor_judgement.h"
 #include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/chi_square/chi_square.h"
+#include "core/enum_words.h"
 #include "core/nan.h"
 #include "core/number_text.h"
 
@@ -405,12 +406,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
 }
 
 std::string_view to_string(Exactness exactness) {
-  switch (exactness) {
-    case Exactness::exact: return "exact";
-    case Exactness::approximate: return "approximate";
-    case Exactness::conservative: return "conservative";
-  }
-  return "unknown";
+  return word_of(exactness, {"exact", "approximate", "conservative"});
 }
 
 std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& s, double confidence) {

@@ -196,7 +196,7 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
   if (stand) single.time_average.p_value = kNaN;
   const double p_average = single.time_average.p_value;
   const bool tested = !std::isnan(p_average);
-  const bool high = single.time_average.run_sum.mean > single.time_average.expected;
+  const bool high = single.time_average.average.mean > 1.0;
   const auto joined = [&](double p, bool side) {
     return std::min(1.0, tests * (tested && side ? std::min(p, p_average) : p));
   };
@@ -213,13 +213,13 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
   }
   j.effective_steps = stand || std::isnan(single.sample.size) ? 1.0 : single.sample.size;
   if (tested) {
-    const MeanInterval& decides = averages[0].run_sum;
-    v.factor = averages[1].run_sum;
+    const MeanInterval& decides = averages[0].average;
+    v.factor = averages[1].average;
     v.bounds = {v.mean / decides.upper, v.mean / decides.lower};
     v.bounds_p_value = p_average;
     v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
     j.scale_covariance = scale_of_covariance(v);
-    j.settle_nees = settle_averages(v, decides, averages[2].run_sum, 1.0);
+    j.settle_nees = settle_averages(v, decides, averages[2].average, 1.0);
     j.single = single;
     return;
   }

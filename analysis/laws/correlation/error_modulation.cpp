@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <numbers>
 #include <numeric>
-#include <span>
 #include <vector>
 
 #include "analysis/laws/correlation/fourier.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <utility>
 
 #include "analysis/laws/correlation/whiteness.h"

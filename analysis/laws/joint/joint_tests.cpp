@@ -10,15 +10,6 @@
 namespace credence::internal {
 namespace {
 
-double& least_of(JointTests& joint, Departure departure) {
-  switch (departure) {
-    case Departure::optimistic: return joint.optimistic_p_value;
-    case Departure::pessimistic: return joint.pessimistic_p_value;
-    case Departure::other: break;
-  }
-  return joint.other_p_value;
-}
-
 // All tests of all families with the weight of each.
 struct FlatTests {
   std::vector<double> p_values, weights;
@@ -51,13 +42,13 @@ JointTests join_tests(std::span<const TestFamily> families) {
     for (std::size_t t = 0; t < families[f].tests.size(); ++t, ++i) {
       own.push_back(adjusted[i]);
       if (std::isnan(adjusted[i])) continue;
-      double& least = least_of(joint, families[f].tests[t].departure);
+      double& least = families[f].tests[t].departure == Departure::optimistic ? joint.optimistic_p_value
+                                                                              : joint.pessimistic_p_value;
       least = std::min(least, adjusted[i]);
       any = true;
     }
   }
-  joint.p_value =
-      any ? std::min({joint.optimistic_p_value, joint.pessimistic_p_value, joint.other_p_value}) : kNaN;
+  joint.p_value = any ? std::min(joint.optimistic_p_value, joint.pessimistic_p_value) : kNaN;
   return joint;
 }
 

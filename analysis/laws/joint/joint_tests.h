@@ -20,12 +20,11 @@ namespace credence::internal {
 enum class Departure {
   optimistic,   ///< the statistic is too large: P is too small
   pessimistic,  ///< too small: P is too large
-  other,        ///< neither: shape, whiteness, law, mean
 };
 
 /// One hypothesis. A p-value of a direction is one-sided; NaN, a test without data, is no member.
 struct DirectedTest {
-  Departure departure = Departure::other;
+  Departure departure = Departure::optimistic;
   double p_value = 1.0;
 };
 
@@ -41,7 +40,6 @@ struct JointTests {
   double p_value = 1.0;                       ///< the least adjusted; NaN without any test
   double optimistic_p_value = 1.0;            ///< the least adjusted of this departure; 1 without one
   double pessimistic_p_value = 1.0;
-  double other_p_value = 1.0;
 
   bool optimistic(double level) const { return optimistic_p_value <= level; }
   bool pessimistic(double level) const { return pessimistic_p_value <= level; }

@@ -35,15 +35,7 @@ std::vector<std::size_t> ascending_order(std::span<const double> p_values) {
 }  // namespace
 
 std::vector<double> holm(std::span<const double> p_values) {
-  std::vector<double> adjusted(p_values.begin(), p_values.end());
-  const std::vector<std::size_t> order = ascending_order(p_values);
-  double largest = 0.0;
-  for (std::size_t rank = 0; rank < order.size(); ++rank) {
-    const double remaining = static_cast<double>(order.size() - rank);
-    largest = std::max(largest, std::min(1.0, p_values[order[rank]] * remaining));
-    adjusted[order[rank]] = largest;
-  }
-  return adjusted;
+  return weighted_holm(p_values, std::vector<double>(p_values.size(), 1.0));
 }
 
 std::vector<double> weighted_holm(std::span<const double> p_values, std::span<const double> weights) {

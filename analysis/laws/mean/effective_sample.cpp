@@ -109,23 +109,6 @@ double linear_effective_steps(std::span<const Matrix> transitions, std::span<con
   return static_cast<double>(steps) * 2.0 * total / (2.0 * norms.sum());
 }
 
-TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence) {
-  if (!(steps >= 1.0)) throw std::invalid_argument(fmt::format("steps = {} must be >= 1", steps));
-  TimeAverageTest result;
-  result.expected = expected;
-  result.run_sum = positive_mean_interval(run_sums, confidence);
-  result.p_value = positive_mean_p_value(run_sums, expected);
-  result.effective_steps = steps * 2.0 * expected / run_sums.variance();
-  if (std::isnan(result.p_value)) {
-    result.effective_steps = kNaN;
-    return result;
-  }
-  result.verdict = result.p_value > 1.0 - confidence ? Verdict::consistent
-                   : run_sums.mean > expected        ? Verdict::optimistic
-                                                     : Verdict::pessimistic;
-  return result;
-}
-
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean) {
   EffectiveSample result{.correlation_time = kNaN, .size = kNaN, .reason = {}};
   LagSums lags(series, mean);
@@ -328,14 +311,10 @@ std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_
   std::vector<TimeAverageTest> tests;
   tests.reserve(confidences.size());
   for (const double confidence : confidences) {
-    TimeAverageTest none;
-    none.expected = 1.0;
-    none.p_value = none.effective_steps = kNaN;
-    none.run_sum = student_interval({}, confidence);
-    tests.push_back(none);
+    tests.push_back({.average = student_interval({}, confidence)});
   }
   const auto without = [&tests](std::string_view reason) {
-    for (TimeAverageTest& test : tests) test.run_sum.reason = reason;
+    for (TimeAverageTest& test : tests) test.average.reason = reason;
     return tests;
   };
 
@@ -351,9 +330,9 @@ std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_
   }
   const Moments averages = tested_averages(normalised_nees);
   std::ranges::transform(confidences, tests.begin(), [&](double confidence) {
-    TimeAverageTest test = test_time_average(averages, 1.0, 1.0, confidence);
-    test.effective_steps = sample.size;
-    return test;
+    return TimeAverageTest{.average = positive_mean_interval(averages, confidence),
+                           .p_value = positive_mean_p_value(averages, 1.0),
+                           .effective_steps = sample.size};
   });
   return tests;
 }

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/evidence/verdicts/verdict.h"
 #include "analysis/laws/mean/student.h"
 #include "core/nan.h"
 #include "core/types.h"
@@ -29,21 +28,6 @@ namespace credence::internal {
 /// filter P_k is both the claimed and the true covariance. Cost T² n³. Throws std::invalid_argument for sizes
 /// that differ or a P that is not positive semidefinite.
 double linear_effective_steps(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
-
-/// Test of the average over time and runs, from the sums over time of independent runs.
-struct TimeAverageTest {
-  MeanInterval run_sum;        ///< of Σ_k ε_k over the runs
-  double expected = 0.0;       ///< Σ_k n_k
-  double p_value = 0.0;        ///< two-sided; NaN without a test, see run_sum.reason
-  double effective_steps = 0;  ///< T · 2 Σ n_k / Var(Σ_k ε_k), at most T for positive correlation
-  Verdict verdict = Verdict::undecided;
-};
-
-/// Calibrated for any correlation in time, as only whole runs are compared: the empirical law of positive
-/// sums (student_positive_mean.h). run_sums: the moments over runs of Σ_k ε_k; expected: its expected value
-/// Σ_k n_k, the same for every run; steps: T. Approximate for fewer than ten runs. Throws
-/// std::invalid_argument unless expected > 0, steps ≥ 1 and 0 < confidence < 1.
-TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence);
 
 /// The integrated autocorrelation time of a series with known mean, in steps, and what follows from it.
 struct EffectiveSample {
@@ -134,12 +118,19 @@ StretchAverages stretch_averages(std::span<const std::vector<double>> normalised
 std::vector<SkewedMoments> averages_by_place(std::span<const std::vector<double>> normalised_nees,
                                              double correlation_time);
 
+/// Whether the average of ε_k / n_k over one run is 1.
+struct TimeAverageTest {
+  MeanInterval average;           ///< from those of the stretches, by student_positive_mean.h
+  double p_value = kNaN;          ///< two-sided; NaN without a test, see average.reason
+  double effective_steps = kNaN;  ///< independent ones that the run is worth
+};
+
 /// Test of the average of ONE run from ε_k / n_k, expected to be 1, over ten equal stretches, whose averages
-/// are nearly independent (batch means). Undecided, with a reason, where a stretch is shorter than 10 τ.
+/// are nearly independent (batch means). No test, with a reason, where a stretch is shorter than 10 τ.
 /// The number of stretches is fixed, as one that follows the estimated τ prefers runs that vary little by
 /// chance. Approximate: assumes a stationary error that is forgotten (standing_share). Measured on squared
 /// autoregressions (φ 0 to 0.95, 300 to 4000 steps, 3,000 studies each): alarms at nominal 5 % in 0.2 to 6.1
-/// % of all runs, an undecided run none.
+/// % of all runs, one without a test none.
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence);
 
 /// The same at several levels, for the cost of one; a stretch must be as long as `memory`, the τ that the

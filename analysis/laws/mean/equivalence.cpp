@@ -12,18 +12,18 @@
 
 namespace credence::internal {
 
-double equivalence_p_value(const SkewedMoments& run_averages, double delta, double least_dof) {
+double equivalence_p_value(const SkewedMoments& run_averages, double delta) {
   require_positive("delta", delta);
-  const double too_large = run_mean_p_values(run_averages, 1.0 + delta, least_dof).pessimistic;
-  const double too_small = run_mean_p_values(run_averages, 1.0 / (1.0 + delta), least_dof).optimistic;
+  const double too_large = run_mean_p_values(run_averages, 1.0 + delta).pessimistic;
+  const double too_small = run_mean_p_values(run_averages, 1.0 / (1.0 + delta)).optimistic;
   return std::isnan(too_large) ? kNaN : std::max(too_large, too_small);
 }
 
-double proved_within(const SkewedMoments& run_averages, double confidence, double least_dof) {
+double proved_within(const SkewedMoments& run_averages, double confidence) {
   if (!(confidence > 0.5 && confidence < 1.0)) {
     throw std::invalid_argument(fmt::format("confidence = {} must lie in (0.5, 1)", confidence));
   }
-  const MeanInterval interval = run_mean_interval(run_averages, 2.0 * confidence - 1.0, least_dof);
+  const MeanInterval interval = run_mean_interval(run_averages, 2.0 * confidence - 1.0);
   if (!interval.reason.empty()) return kNaN;
   if (interval.lower <= 0.0) return std::numeric_limits<double>::infinity();
   return std::max(interval.upper, 1.0 / interval.lower) - 1.0;

@@ -14,10 +14,10 @@ namespace credence::internal {
 
 /// The p-value of "the mean lies outside [1/(1 + δ), 1 + δ]": proved within δ iff it is ≤ α. NaN as
 /// run_mean_p_values. Throws as that, and unless δ > 0 is finite.
-double equivalence_p_value(const SkewedMoments& run_averages, double delta, double least_dof = 1.0);
+double equivalence_p_value(const SkewedMoments& run_averages, double delta);
 
 /// The least δ that is proved at this confidence; infinite if none is, NaN without runs. Throws as
 /// run_mean_interval, and unless ½ < confidence < 1.
-double proved_within(const SkewedMoments& run_averages, double confidence, double least_dof = 1.0);
+double proved_within(const SkewedMoments& run_averages, double confidence);
 
 }  // namespace credence::internal

@@ -26,7 +26,7 @@ constexpr double kSampleLoss = 1.4;
 void require_input(std::span<const Vector> errors, std::span<const Matrix> covariances, double confidence) {
   require_confidence(confidence);
   if (errors.empty()) return;
-  if (covariances.size() != errors.size() && covariances.size() != 1) {
+  if (covariances.size() != errors.size()) {
     throw std::invalid_argument(
         fmt::format("{} errors but {} covariances", errors.size(), covariances.size()));
   }
@@ -78,8 +78,7 @@ CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<con
   Matrix sample = Matrix::Zero(n, n);
   CorrelationWhitening whitening;
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (!whitening.compute(covariances[covariances.size() > 1 ? i : 0]))
-      return no_index(runs, "a covariance is not positive definite");
+    if (!whitening.compute(covariances[i])) return no_index(runs, "a covariance is not positive definite");
     whitening.whiten(errors[i], normalised[i]);
     sample += normalised[i] * normalised[i].transpose();
   }

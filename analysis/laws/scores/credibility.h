@@ -32,7 +32,7 @@ struct CredibilityIndex {
 /// E[ln ρ] = ψ(M/2) − ln(M/2) exactly, as u_iᵀ Σ̂⁻¹ u_i / M is a Beta variable. Its mean over the runs is
 /// taken as the logarithm of χ²(ν)/ν, ν = n (M − 1.4), which fits its variance 2/(nM) and its skewness
 /// (measured; exact for n = 1 but for the 1.4); E|ln ρ| is asymptotically 2/√(πM). errors: M vectors of
-/// dimension n < M; covariances: M of them, or one for all runs. Not positive definite or not finite: no
+/// dimension n < M; covariances: M of them. Not positive definite or not finite: no
 /// index, with a reason. Throws std::invalid_argument for sizes that differ or a confidence outside (0, 1).
 CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<const Matrix> covariances,
                                    double confidence);

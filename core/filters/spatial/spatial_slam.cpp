@@ -183,8 +183,7 @@ void SpatialSlam::correct(const Vector& delta, const Matrix& W) {
     if (all_turn) D.middleRows<3>(at) = -cross_matrix(landmarks_[i] - l);
   }
   if (!pose_turns) {
-    const Matrix minus = -W;
-    product_.add_lower(P_, minus, ProductFactor::transposed(W));
+    product_.add_lower(P_, ProductFactor::minus(W), ProductFactor::transposed(W));
     return;
   }
   // P − W Wᵀ, and then moved: + D Bᵀ + B Dᵀ, B = P_φ + ½ D P_φφ.

@@ -20,12 +20,6 @@ constexpr double kGyroDensity = 0.01 * kRadiansPerDegree, kAccelerometerDensity 
 bool cones(const Scenario& s) { return real_value(s, "world.coning_angle_deg") > 0.0; }
 bool sculls(const Scenario& s) { return cones(s) && real_value(s, "world.sculling_acceleration") > 0.0; }
 
-KeyRow real_key(std::string_view section, std::string_view name, std::string_view unit,
-                std::string_view meaning, double default_value) {
-  return {section, name, unit, meaning,
-          own_real(fmt::format("{}.{}", section, name), default_value, Interval::kNotNegative)};
-}
-
 std::vector<KeyRow> inertial_keys() {
   std::vector<KeyRow> keys = {
       planar_row("world", "path_radius"),
@@ -53,25 +47,25 @@ std::vector<KeyRow> inertial_keys() {
            "axis; of no effect with coning_angle_deg = 0",
        .field = own_real("world.sculling_acceleration", 0.0, Interval::kNotNegative),
        .in_effect = sculls},
-      real_key("noise", "gyro_density", "rad/s/√Hz", "density of the white noise of each rate gyro",
-               kGyroDensity),
-      real_key("noise", "accelerometer_density", "m/s²/√Hz",
-               "density of the white noise of each accelerometer", kAccelerometerDensity),
-      real_key("noise", "gyro_bias_walk", "rad/s²/√Hz", "density of the random walk of a gyro's bias", 1e-5),
-      real_key("noise", "accelerometer_bias_walk", "m/s³/√Hz",
-               "density of the random walk of an accelerometer's bias", 1e-4),
+      own_row("noise", "gyro_density", "rad/s/√Hz", "density of the white noise of each rate gyro",
+              kGyroDensity),
+      own_row("noise", "accelerometer_density", "m/s²/√Hz",
+              "density of the white noise of each accelerometer", kAccelerometerDensity),
+      own_row("noise", "gyro_bias_walk", "rad/s²/√Hz", "density of the random walk of a gyro's bias", 1e-5),
+      own_row("noise", "accelerometer_bias_walk", "m/s³/√Hz",
+              "density of the random walk of an accelerometer's bias", 1e-4),
       {"noise", "velocity_std", "m/s", "standard deviation of each coordinate of a velocity by satellites",
        own_real("noise.velocity_std", 0.1, Interval::kPositive), aided_by_satellites,
        "with world.model = \"inertial\" and world.aiding = \"satellites\""},
       planar_row("initial", "position_std"),
-      real_key("initial", "velocity_std", "m/s",
-               "standard deviation of each coordinate of the velocity at the start", 1.0),
-      real_key("initial", "attitude_std_deg", "deg",
-               "standard deviation of the attitude at the start, about each axis", 5.0),
-      real_key("initial", "gyro_bias_std", "rad/s", "standard deviation of a gyro's bias at the start",
-               0.5 * kRadiansPerDegree),
-      real_key("initial", "accelerometer_bias_std", "m/s^2",
-               "standard deviation of an accelerometer's bias at the start", 0.05),
+      own_row("initial", "velocity_std", "m/s",
+              "standard deviation of each coordinate of the velocity at the start", 1.0),
+      own_row("initial", "attitude_std_deg", "deg",
+              "standard deviation of the attitude at the start, about each axis", 5.0),
+      own_row("initial", "gyro_bias_std", "rad/s", "standard deviation of a gyro's bias at the start",
+              0.5 * kRadiansPerDegree),
+      own_row("initial", "accelerometer_bias_std", "m/s^2",
+              "standard deviation of an accelerometer's bias at the start", 0.05),
   };
   for (const KeyRow& row : charted_keys()) keys.push_back(row);
   return keys;

@@ -195,6 +195,7 @@ StudyStatistics IntermittentExperiment::play_lanes(std::int64_t first_run, std::
   StudyStatistics statistics;
   statistics.runs = runs;
   statistics.steps.resize(static_cast<std::size_t>(steps_));
+  statistics.reserve_runs(runs);
   IntermittentLanes lanes(problem_, source_);
   for (std::int64_t r = 0; r < runs; r += IntermittentLanes::kLanes) {
     const std::int64_t used = std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r);

@@ -19,24 +19,17 @@ namespace {
 
 constexpr double kGravity_m_s2 = 9.81, kLength_m = 1.0;
 
-KeyRow pendulum_key(std::string_view section, std::string_view name, std::string_view unit,
-                    std::string_view meaning, double default_value) {
-  return {section, name, unit, meaning,
-          own_real(fmt::format("{}.{}", section, name), default_value, Interval::kNotNegative)};
-}
-
 std::vector<KeyRow> pendulum_keys() {
   return {
       planar_row("world", "dt"),
-      pendulum_key("world", "start_angle_deg", "deg", "angle from the vertical at the start, as believed",
-                   90.0),
-      pendulum_key("noise", "angular_acceleration_density", "rad^2/s^3",
-                   "power spectral density of the white noise that drives the pendulum", 0.01),
+      own_row("world", "start_angle_deg", "deg", "angle from the vertical at the start, as believed", 90.0),
+      own_row("noise", "angular_acceleration_density", "rad^2/s^3",
+              "power spectral density of the white noise that drives the pendulum", 0.01),
       {"noise", "displacement_std", "", "standard deviation of the measured sine of the angle",
        own_real("noise.displacement_std", 0.31622776601683794, Interval::kPositive)},
-      pendulum_key("initial", "angle_std_deg", "deg", "standard deviation of the angle at the start", 18.0),
-      pendulum_key("initial", "angular_velocity_std", "rad/s",
-                   "standard deviation of the angular velocity at the start", 0.3),
+      own_row("initial", "angle_std_deg", "deg", "standard deviation of the angle at the start", 18.0),
+      own_row("initial", "angular_velocity_std", "rad/s",
+              "standard deviation of the angular velocity at the start", 0.3),
       {"filter", "moments", "",
        "how mean and covariance pass the functions: jacobian, extended Kalman filter; sigma_points, "
        "unscented "

@@ -36,7 +36,7 @@ EstimatorRun::EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstim
 }
 
 void EstimatorRun::start(const Pose& estimate) {
-  filter_->reset(estimate, world_.initial_covariance());
+  filter_->reset(estimate, world_.noise.initial_covariance());
   step_ = 0;
   update_ = {};
   filter_->error(truth(), error_.head(3));

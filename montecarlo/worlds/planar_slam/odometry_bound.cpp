@@ -11,12 +11,12 @@ PosteriorBound odometry_bound(const OdometryWorld& world) {
   EstimatorSettings settings;
   settings.model = {.vehicle = world.plane.vehicle, .dt_s = world.plane.dt_s};
   settings.sensor = world.sensor;
-  settings.Q = world.control_std.cwiseAbs2().asDiagonal();
-  settings.R = world.measurement_std.cwiseAbs2().asDiagonal();
-  settings.R /= world.detection_probability;
+  settings.Q = world.noise.control_std.cwiseAbs2().asDiagonal();
+  settings.R = world.noise.measurement_std.cwiseAbs2().asDiagonal();
+  settings.R /= world.noise.detection_probability;
   settings.landmarks = world.plane.states();
   IdealEstimator filter(settings);
-  filter.reset(world.path.front(), world.initial_covariance());
+  filter.reset(world.path.front(), world.noise.initial_covariance());
   const RunLayout layout = planar_layout(world.plane);
   BoundRecorder recorder(layout, 1);
   Vector variances(std::ssize(layout.states));

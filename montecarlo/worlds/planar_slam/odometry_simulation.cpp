@@ -7,20 +7,21 @@ namespace credence::internal {
 OdometrySimulation::OdometrySimulation(const OdometryWorld& world, const NoiseSource& source)
     : world_(world),
       source_(source),
-      draws_(source, 2, 2, world.plane.states(), world.detection_probability, world.measurement_delay) {}
+      draws_(source, 2, 2, world.plane.states(), world.noise.detection_probability,
+             world.noise.measurement_delay) {}
 
 Pose OdometrySimulation::start(std::int64_t run) {
   draws_.start(run);
   Pose error;
   source_.normals(run, 0, NoisePurpose::initial, {error.data(), 3});
-  Pose estimate = world_.path.front() + error.cwiseProduct(world_.initial_std);
+  Pose estimate = world_.path.front() + error.cwiseProduct(world_.noise.initial_std);
   estimate[2] = wrap_angle(estimate[2]);
   return estimate;
 }
 
 Control OdometrySimulation::read(std::size_t k) {
   const Control noise(draws_.motion(k));
-  return world_.plane.controls[k - 1] + noise.cwiseProduct(world_.control_std);
+  return world_.plane.controls[k - 1] + noise.cwiseProduct(world_.noise.control_std);
 }
 
 std::span<const Observation<PlanarModel>> OdometrySimulation::observe(std::size_t k) {
@@ -31,7 +32,7 @@ std::span<const Observation<PlanarModel>> OdometrySimulation::observe(std::size_
       const auto i = static_cast<std::size_t>(exact.landmark);
       if (seen[i] == 0.0) continue;
       Eigen::Vector2d z = exact.z;
-      z += world_.measurement_std.cwiseProduct(Eigen::Map<const Eigen::Vector2d>(noise + 2 * i));
+      z += world_.noise.measurement_std.cwiseProduct(Eigen::Map<const Eigen::Vector2d>(noise + 2 * i));
       if (world_.sensor.kind == LandmarkSensorKind::range_bearing) z[1] = wrap_angle(z[1]);
       observations.push_back({exact.landmark, z});
     }

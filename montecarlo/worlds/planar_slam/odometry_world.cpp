@@ -5,12 +5,10 @@
 #include <numbers>
 
 #include "core/filters/estimators/estimators.h"
-#include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 #include "core/manifold/trigonometry.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/scenario/noise_switches.h"
 
 namespace credence::internal {
 namespace {
@@ -69,8 +67,6 @@ bool measures_relative_position(const Scenario& scenario) {
 }
 
 OdometryWorld make_odometry_world(const Scenario& scenario) {
-  const NoiseSettings& noise = scenario.noise;
-  const InitialSettings& initial = scenario.initial;
   OdometryWorld world;
   world.plane = make_planar_world(scenario);
   world.plane.landmarks = landmarks_of(scenario);
@@ -78,19 +74,13 @@ OdometryWorld make_odometry_world(const Scenario& scenario) {
   for (const Control& u : world.plane.controls) {
     world.path.push_back(world.plane.vehicle.moved(world.path.back(), u, world.plane.dt_s));
   }
+  world.noise = PlanarNoise::of(scenario);
+  world.sensor.kind = LandmarkSensorKind::range_bearing;
   if (measures_relative_position(scenario)) {
     world.sensor.kind = LandmarkSensorKind::relative_position;
-    world.measurement_std.setConstant(real_value(scenario, "noise.relative_position_std"));
-  } else {
-    world.sensor.kind = LandmarkSensorKind::range_bearing;
-    world.measurement_std << noise.range_std, noise.bearing_std_deg * kRadiansPerDegree;
+    world.noise.measurement_std.setConstant(real_value(scenario, "noise.relative_position_std"));
   }
   for (const Pose& pose : world.path) world.in_view.push_back(seen_from(pose, world));
-  world.control_std << noise.speed_std, noise.turn_rate_std;
-  world.initial_std << initial.position_std, initial.position_std,
-      initial.heading_std_deg * kRadiansPerDegree;
-  world.detection_probability = noise.detection_probability;
-  world.measurement_delay = measurement_delay(scenario);
   world.width_m = 2.0 * scenario.world.path_radius;
   for (const Point& p : world.plane.landmarks) world.width_m = std::max(world.width_m, 2.0 * p.norm());
   return world;
@@ -100,8 +90,8 @@ EstimatorSettings estimator_settings(const Scenario& scenario, const OdometryWor
   EstimatorSettings settings;
   settings.model = {.vehicle = world.plane.vehicle, .dt_s = world.plane.dt_s};
   settings.sensor = world.sensor;
-  settings.Q = (scenario.filter.process_scale * world.control_std.cwiseAbs2()).asDiagonal();
-  settings.R = (scenario.filter.measurement_scale * world.measurement_std.cwiseAbs2()).asDiagonal();
+  settings.Q = (scenario.filter.process_scale * world.noise.control_std.cwiseAbs2()).asDiagonal();
+  settings.R = (scenario.filter.measurement_scale * world.noise.measurement_std.cwiseAbs2()).asDiagonal();
   settings.landmarks = world.plane.states();
   settings.sigma_spread = real_value(scenario, "filter.sigma_spread");
   settings.window = static_cast<Index>(integer_value(scenario, "filter.window"));

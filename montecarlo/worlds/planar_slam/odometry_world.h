@@ -5,6 +5,7 @@
 
 #include "core/filters/estimators/slam_estimator.h"
 #include "montecarlo/scenario/scenario.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/planar/planar_world.h"
 
 namespace credence::internal {
@@ -20,14 +21,9 @@ struct OdometryWorld {
   LandmarkSensor sensor;
   /// What the sensor says without noise at steps 0 … T, as the vehicle never leaves its path.
   std::vector<std::vector<Observation<PlanarModel>>> in_view;
-  Control control_std;  ///< of the control that is read
-  Eigen::Vector2d measurement_std;
-  Pose initial_std;
-  double detection_probability = 1.0;
-  Index measurement_delay = 0;  ///< steps after which a filter has what is seen
-  double width_m = 0.0;         ///< an error above this is divergence: the landmarks' spread
+  PlanarNoise noise;     ///< of the control that is read, and of what `sensor` measures, m and m or rad
+  double width_m = 0.0;  ///< an error above this is divergence: the landmarks' spread
 
-  Eigen::Matrix3d initial_covariance() const { return initial_std.cwiseAbs2().asDiagonal(); }
   PlanarTruth truth(std::size_t k) const { return {path[k > 0 ? k - 1 : 0], path[k], plane.landmarks}; }
 };
 

@@ -100,7 +100,7 @@ EstimatorProfile PlanarSlamContest::profile(std::string_view name, const TakeRow
   JacobianRows rows(unknowns());
   std::size_t played = 0;  // a filter may fail
   const auto play = [&](bool show) {
-    filter->reset(estimate, world_.initial_covariance());
+    filter->reset(estimate, world_.noise.initial_covariance());
     for (std::size_t k = 1; k <= read.size(); ++k) {
       stop_point();
       played = k;

@@ -49,7 +49,7 @@ Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
 
 /// `reason` is of the p-value: a run that is long enough has none where its errors stay, last or oscillate.
 Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
-  std::string_view reason = s.time_average.run_sum.reason;
+  std::string_view reason = s.time_average.average.reason;
   if (reason.empty() && std::isnan(s.time_average.p_value)) {
     reason = "an error that is not forgotten within a tenth of the run";
   }

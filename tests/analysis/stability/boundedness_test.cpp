@@ -127,7 +127,7 @@ TEST(Boundedness, MapOnlyLaplacianKeepsTheCommonMode) {
   EXPECT_EQ(exact.unobserved, 1);
   EXPECT_EQ(exact.pairing.rank, 1);
   // The functional is the mean of the landmarks, the direction (1, 1, 1, 1): cosine √3/2.
-  EXPECT_NEAR(exact.pairing.singular_values[0], std::sqrt(0.75), 1e-12);
+  EXPECT_NEAR(exact.pairing.cosines[0], std::sqrt(0.75), 1e-12);
   EXPECT_TRUE(measure_boundedness(problem, model.P0).bounded);
 }
 
@@ -167,7 +167,8 @@ TEST(AccumulatedNoise, OfConstantNoiseGivesTheConstantCondition) {
   for (const RankCell& cell : rank_map_cells(9)) {
     AccumulatedNoise noise(cell.problem.state_dim());
     for (int k = 0; k < 3; ++k) noise.add(cell.problem.F, cell.problem.Qt);
-    const ExactBoundedness along = exact_boundedness(noise, observability(cell.problem.F, cell.problem.H));
+    const ExactBoundedness along =
+        exact_boundedness(noise, observability(cell.problem.F, cell.problem.H), kPsdRankTolerance);
     const ExactBoundedness constant = exact_boundedness(cell.problem.F, cell.problem.H, cell.problem.Qt);
     EXPECT_EQ(along.reason, constant.reason) << cell.name;
     EXPECT_EQ(along.noise.rank, constant.noise.rank) << cell.name;
@@ -186,9 +187,9 @@ TEST(AccumulatedNoise, RanksThatAloneAreHarmlessAddUp) {
     differences.add(model.F, GQG + difference * difference.transpose());
     singles.add(model.F, GQG + Vector::Unit(4, 1 + i) * Vector::Unit(4, 1 + i).transpose());
   }
-  EXPECT_EQ(exact_boundedness(differences, found).reason, BoundednessReason::paired);
-  EXPECT_EQ(exact_boundedness(differences, found).noise.rank, 3);
-  EXPECT_EQ(exact_boundedness(singles, found).reason, BoundednessReason::unpaired);
+  EXPECT_EQ(exact_boundedness(differences, found, kPsdRankTolerance).reason, BoundednessReason::paired);
+  EXPECT_EQ(exact_boundedness(differences, found, kPsdRankTolerance).noise.rank, 3);
+  EXPECT_EQ(exact_boundedness(singles, found, kPsdRankTolerance).reason, BoundednessReason::unpaired);
 }
 
 TEST(AccumulatedNoise, PlanarVehicleNoiseAloneLeavesTheMapFixed) {
@@ -204,11 +205,11 @@ TEST(AccumulatedNoise, PlanarVehicleNoiseAloneLeavesTheMapFixed) {
     all.bottomRightCorner(6, 6) += 1e-3 * Matrix::Identity(6, 6);
     touched.add(loop.F[k], all);
   }
-  const ExactBoundedness held = exact_boundedness(quiet, found);
+  const ExactBoundedness held = exact_boundedness(quiet, found, kPsdRankTolerance);
   EXPECT_EQ(held.reason, BoundednessReason::paired);
   EXPECT_EQ(held.unobserved, 3);
   EXPECT_EQ(held.noise.rank, 3);
-  EXPECT_EQ(exact_boundedness(touched, found).reason, BoundednessReason::unpaired);
+  EXPECT_EQ(exact_boundedness(touched, found, kPsdRankTolerance).reason, BoundednessReason::unpaired);
 }
 
 TEST(AccumulatedNoise, ASingularTransitionIsNamedAndNotInverted) {
@@ -216,7 +217,7 @@ TEST(AccumulatedNoise, ASingularTransitionIsNamedAndNotInverted) {
   noise.add(Matrix::Zero(2, 2), Matrix::Identity(2, 2));
   EXPECT_FALSE(noise.ok());
   const ObservabilityAnalysis found = observability(Matrix::Identity(2, 2), Matrix::Identity(2, 2));
-  EXPECT_EQ(exact_boundedness(noise, found).reason, BoundednessReason::undecided);
+  EXPECT_EQ(exact_boundedness(noise, found, kPsdRankTolerance).reason, BoundednessReason::undecided);
   EXPECT_THROW(noise.add(Matrix::Zero(3, 3), Matrix::Zero(2, 2)), std::invalid_argument);
 }
 

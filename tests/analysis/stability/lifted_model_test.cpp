@@ -98,7 +98,8 @@ TEST(ExactMoments, ArePeriodicWhereTheMatricesAre) {
     EXPECT_NEAR(nees.mean, exact[k].nees, error(nees)) << k;
     EXPECT_NEAR(nis.mean, exact[k].nis, error(nis)) << k;
   }
-  const auto unchanged = exact_moments(period[0], assumed[0], experiment.filter_steps());
+  const auto unchanged =
+      exact_moments(std::span(period).first(1), std::span(assumed).first(1), experiment.filter_steps());
   const Moments& nees = s.steps[10][Quantity::nees];
   EXPECT_GT(std::abs(nees.mean - unchanged[10].nees), 5.0 * std::sqrt(nees.variance() / kRuns)) << "no power";
 }

@@ -180,7 +180,7 @@ TEST(PeriodicNoise, IsBoundedExactlyIfItsSumTouchesNoUnobservableDirection) {
       F.push_back(step.F);
       H.push_back(step.H);
     }
-    const ExactBoundedness condition = exact_boundedness(noise, local_observability(F, H));
+    const ExactBoundedness condition = exact_boundedness(noise, local_observability(F, H), kPsdRankTolerance);
     const auto at = [&](int k) { return steps[static_cast<std::size_t>(k - 1) % 4]; };
     const Matrix half = followed(at, Matrix::Identity(4, 4), 30'000), full = followed(at, half, 30'000);
     const double growth = (full - half).trace() / half.trace();
@@ -221,7 +221,8 @@ TEST(DyingNoise, IsBoundedThoughItTouchesWhatNobodySees) {
   };
   AccumulatedNoise sum(2);
   for (int k = 1; k <= 1000; ++k) sum.add(quiet.F, dying(2.0)(k).Qt);
-  EXPECT_FALSE(exact_boundedness(sum, observability(quiet.F, quiet.H)).bounded());  // of periodic noise only
+  EXPECT_FALSE(exact_boundedness(sum, observability(quiet.F, quiet.H), kPsdRankTolerance)
+                   .bounded());  // of periodic noise only
 
   constexpr double kPi = 3.14159265358979323846;
   EXPECT_LT(along_u(dying(2.0), 20'000), 1.0 + kPi * kPi / 6.0);

@@ -29,7 +29,7 @@ Ranks ranks_of(const char* estimator) {
   JacobianRows rows(n);
   std::vector<Matrix> F, H;
   Index known = 3;
-  filter->reset(simulation.start(0), world.initial_covariance());
+  filter->reset(simulation.start(0), world.noise.initial_covariance());
   for (std::size_t k = 1; k <= 60; ++k) {
     filter->predict(simulation.read(k), world.truth(k));
     filter->update(simulation.observe(k), world.truth(k));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -37,7 +38,7 @@ TEST(Credibility, AFactorOnPIsThatManyDecibels) {
   const std::vector<Vector> errors = gaussian_errors(some_covariance(), 50, generator);
   Matrix sample = Matrix::Zero(3, 3);
   for (const Vector& e : errors) sample += e * e.transpose() / 50.0;
-  const std::vector<Matrix> half{0.5 * sample};
+  const std::vector<Matrix> half(50, 0.5 * sample);
   EXPECT_NEAR(credibility_index(errors, half, 0.95).noncredibility, 10.0 * std::log10(2.0), 1e-9);
   EXPECT_NEAR(credibility_index(errors, half, 0.95).inclination, 10.0 * std::log10(2.0), 1e-9);
   const std::vector<Matrix> twice(50, 2.0 * sample);
@@ -47,8 +48,8 @@ TEST(Credibility, AFactorOnPIsThatManyDecibels) {
 
 TEST(Credibility, CalibratedAndItsExpectedValuesAreRight) {
   constexpr int kStudies = 2000;
-  const std::vector<Matrix> covariance{some_covariance()};
   for (const int runs : {30, 100}) {
+    const std::vector<Matrix> covariances(static_cast<std::size_t>(runs), some_covariance());
     std::mt19937_64 generator(2);
     int at_5 = 0;
     int at_1 = 0;
@@ -56,7 +57,7 @@ TEST(Credibility, CalibratedAndItsExpectedValuesAreRight) {
     Moments inclination, noncredibility;
     CredibilityIndex index;
     for (int study = 0; study < kStudies; ++study) {
-      index = credibility_index(gaussian_errors(covariance[0], runs, generator), covariance, 0.95);
+      index = credibility_index(gaussian_errors(covariances[0], runs, generator), covariances, 0.95);
       at_5 += index.p_value <= 0.05;
       at_1 += index.p_value <= 0.01;
       covered += index.lower <= 0.0 && 0.0 <= index.upper;
@@ -107,7 +108,7 @@ TEST(Credibility, CalibratedWherePDiffersBetweenRuns) {
 
 TEST(Credibility, FindsAnOptimisticFilter) {
   std::mt19937_64 generator(3);
-  const std::vector<Matrix> claimed{some_covariance() / 1.5};
+  const std::vector<Matrix> claimed(200, some_covariance() / 1.5);
   const CredibilityIndex index =
       credibility_index(gaussian_errors(some_covariance(), 200, generator), claimed, 0.95);
   EXPECT_LT(index.p_value, 1e-6);
@@ -115,16 +116,17 @@ TEST(Credibility, FindsAnOptimisticFilter) {
 }
 
 TEST(Credibility, DegenerateDataGiveAReason) {
-  const std::vector<Matrix> P{Matrix::Identity(2, 2)};
-  EXPECT_FALSE(credibility_index({}, P, 0.95).reason.empty());
-  EXPECT_FALSE(credibility_index(std::vector<Vector>(2, Vector::Ones(2)), P, 0.95).reason.empty());
+  const std::vector<Matrix> P(9, Matrix::Identity(2, 2)), negative(9, -P[0]);
+  EXPECT_FALSE(credibility_index({}, {}, 0.95).reason.empty());
+  EXPECT_FALSE(
+      credibility_index(std::vector<Vector>(2, Vector::Ones(2)), std::span(P).first(2), 0.95).reason.empty());
   EXPECT_FALSE(credibility_index(std::vector<Vector>(9, Vector::Ones(2)), P, 0.95).reason.empty());
   std::mt19937_64 generator(4);
   const std::vector<Vector> errors = gaussian_errors(P[0], 9, generator);
-  EXPECT_FALSE(credibility_index(errors, std::vector<Matrix>{-P[0]}, 0.95).reason.empty());
-  EXPECT_TRUE(std::isnan(credibility_index(errors, std::vector<Matrix>{-P[0]}, 0.95).p_value));
+  EXPECT_FALSE(credibility_index(errors, negative, 0.95).reason.empty());
+  EXPECT_TRUE(std::isnan(credibility_index(errors, negative, 0.95).p_value));
   EXPECT_THROW(credibility_index(errors, std::vector<Matrix>(3, P[0]), 0.95), std::invalid_argument);
-  EXPECT_THROW(credibility_index(errors, std::vector<Matrix>{Matrix::Identity(3, 3)}, 0.95),
+  EXPECT_THROW(credibility_index(errors, std::vector<Matrix>(9, Matrix::Identity(3, 3)), 0.95),
                std::invalid_argument);
   EXPECT_THROW(credibility_index(errors, P, 1.5), std::invalid_argument);
 }

@@ -36,9 +36,9 @@ class BoundInOneBatch {
     information_ = Matrix::Zero(unknowns_, unknowns_);
     pose_ = Matrix::Zero(3, unknowns_);
     pose_.leftCols(3).setIdentity();
-    information_.topLeftCorner(3, 3) = world.initial_covariance().inverse();
+    information_.topLeftCorner(3, 3) = world.noise.initial_covariance().inverse();
     for (Index i = 3; i < path_; ++i) {
-      const double std = world.control_std[(i - 3) % 2];
+      const double std = world.noise.control_std[(i - 3) % 2];
       information_(i, i) = 1.0 / (std * std);
     }
   }
@@ -79,8 +79,8 @@ class BoundInOneBatch {
     Matrix H = numerical_jacobian(by_pose, pose) * pose_;
     H.middleCols(path_ + 2 * Index{landmark}, 2) += numerical_jacobian(by_landmark, at);
     for (Index row = 0; row < 2; ++row) {
-      const double std = world_.measurement_std[row];
-      information_ += world_.detection_probability / (std * std) * H.row(row).transpose() * H.row(row);
+      const double std = world_.noise.measurement_std[row];
+      information_ += world_.noise.detection_probability / (std * std) * H.row(row).transpose() * H.row(row);
     }
   }
   Eigen::Vector2d measured(const Pose& pose, const Point& at) const {
@@ -140,7 +140,7 @@ TEST(OdometryBound, IsTheKalmanFilterOfALinearWorld) {
   const double position = bound.find("position")->mean_bound();
   const auto filter = scenario_estimator(s, world);
   OdometrySimulation simulation(world, NoiseSource(1, 2));
-  filter->reset(simulation.start(0), world.initial_covariance());
+  filter->reset(simulation.start(0), world.noise.initial_covariance());
   double variance = 0.0;
   for (std::size_t k = 1; k <= 200; ++k) {
     filter->predict(simulation.read(k), world.truth(k));

@@ -57,19 +57,21 @@ TEST(OdometrySimulation, NoiseIsThatOfTheSource) {
   const Pose start = simulation.start(5);
   for (Index i = 0; i < 3; ++i) {
     const double exact =
-        world.path.front()[i] + world.initial_std[i] * source.normal(5, 0, NoisePurpose::initial, i);
+        world.path.front()[i] + world.noise.initial_std[i] * source.normal(5, 0, NoisePurpose::initial, i);
     EXPECT_NEAR(start[i], i == 2 ? wrap_angle(exact) : exact, 1e-14);
   }
   for (std::size_t k = 1; k <= 9; ++k) {
     const auto step = static_cast<std::int64_t>(k);
     const Control noise = simulation.read(k) - world.plane.controls[k - 1];
-    EXPECT_NEAR(noise[1], world.control_std[1] * source.normal(5, step, NoisePurpose::process, 1), 1e-14);
+    EXPECT_NEAR(noise[1], world.noise.control_std[1] * source.normal(5, step, NoisePurpose::process, 1),
+                1e-14);
     const auto seen = simulation.observe(k);
     ASSERT_EQ(seen.size(), world.in_view[k].size());
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const auto slot = std::int64_t{2} * seen[i].landmark;
       EXPECT_NEAR(seen[i].z[0] - world.in_view[k][i].z[0],
-                  world.measurement_std[0] * source.normal(5, step, NoisePurpose::measurement, slot), 1e-13);
+                  world.noise.measurement_std[0] * source.normal(5, step, NoisePurpose::measurement, slot),
+                  1e-13);
     }
   }
 }

@@ -32,7 +32,7 @@ TEST(OdometryStream, AFilterThatReadsItIsThatOfTheExperiment) {
       ASSERT_EQ(rows.size(), 21U);
       const OdometryWorld world = make_odometry_world(scenario);
       const auto filter = scenario_estimator(scenario, world);
-      filter->reset(Pose(rows[0].prior), world.initial_covariance());
+      filter->reset(Pose(rows[0].prior), world.noise.initial_covariance());
       for (std::size_t k = 1; k < rows.size(); ++k) {
         EXPECT_EQ(rows[k].truth, Vector(trace.steps[k].truth.head(3)));
         std::vector<Observation<PlanarModel>> seen;

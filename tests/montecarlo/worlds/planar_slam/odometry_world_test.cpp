@@ -123,7 +123,7 @@ TEST(EstimatorSettings, AreWhatTheFilterBelieves) {
   EXPECT_EQ(settings.landmarks, 5);
   EXPECT_EQ(settings.window, 7);
   EXPECT_EQ(settings.sensor.kind, LandmarkSensorKind::range_bearing);
-  EXPECT_LT((world.control_std - Control(0.3, 0.2)).norm(), 1e-15) << "the truth keeps its own";
+  EXPECT_LT((world.noise.control_std - Control(0.3, 0.2)).norm(), 1e-15) << "the truth keeps its own";
   EXPECT_THROW(scenario_estimator(scenario, world, "none of them"), std::invalid_argument);
 }
 
