@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <istream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,11 +37,7 @@ ScenarioDocument open_scenario(const std::string& name, std::span<const std::str
 /// Its one configuration, leaving a [sweep] table aside.
 Scenario open_one_scenario(const std::string& name, std::span<const std::string> overrides = {});
 
-/// What the author says of a scenario: the first paragraph of comment before its first setting, as one line
-/// of text without its marks. Empty where there is none, or nothing to read.
-std::string leading_comment(std::istream& scenario);
-
-/// The same by name. Throws as open_scenario.
+/// What the author says of the scenario: its leading comment. Throws as open_scenario.
 std::string scenario_comment(const std::string& name);
 
 /// All of its configurations.

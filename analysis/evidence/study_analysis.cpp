@@ -138,6 +138,7 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   std::vector<BlockVerdict> blocks;
   if (analysis.vehicle_nees) blocks.push_back({"pose", *analysis.vehicle_nees});
   analysis.word = join_verdicts(word_parts(analysis.nees, analysis.nis, blocks), confidence);
+  if (s.runs == 1 && analysis.word.verdict == Verdict::consistent) analysis.word.verdict = Verdict::undecided;
   return analysis;
 }
 

@@ -82,15 +82,23 @@ double right_margin(const Panel& panel, const Axis& colour) {
   return colour_bar_room(colour) + (panel.colour_label.empty() ? 0.0 : kLine) + kGap;
 }
 
-// A name of what is not there would be sought in vain.
-bool is_named(const Panel& panel, const Series& series) {
-  return !series.label.empty() && has_data(panel, series);
+// A name of what is not there would be sought in vain. Of what has two ends the second one has no name.
+bool is_named(const Panel& panel, std::size_t i) {
+  const Series& series = panel.series[i];
+  if (series.label.empty()) return false;
+  bool shown = has_data(panel, series);
+  for (++i; i < panel.series.size() && !shown; ++i) {
+    const Series& other = panel.series[i];
+    if (!other.label.empty() || other.role != series.role || other.kind != series.kind) break;
+    shown = has_data(panel, other);
+  }
+  return shown;
 }
 
 std::vector<const Series*> named_series(const Panel& panel) {
   std::vector<const Series*> named;
-  for (const Series& series : panel.series) {
-    if (is_named(panel, series)) named.push_back(&series);
+  for (std::size_t i = 0; i < panel.series.size(); ++i) {
+    if (is_named(panel, i)) named.push_back(&panel.series[i]);
   }
   return named;
 }
@@ -107,7 +115,7 @@ std::vector<LegendEntry> flow_legend(const Panel& panel, const CanvasBox& box, d
   double y = top + 0.5 * kLine;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     const Series& series = panel.series[i];
-    if (!is_named(panel, series)) continue;
+    if (!is_named(panel, i)) continue;
     const double width = kSample + kGap + text_width(series.label);
     if (x > left && x + width > box.right + kGap) {
       x = left;

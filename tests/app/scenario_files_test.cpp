@@ -4,11 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <utility>
 
-#include "app/scenario_files.h"
 #include "tests/app/command.h"
 
 namespace credence::internal {
@@ -72,27 +70,6 @@ TEST_F(ScenarioFiles, WhatIsNeitherIsRefusedWithWhatMayBeMeant) {
   const Finished f = short_run("mine");
   EXPECT_EQ(f.code, 2);
   EXPECT_THAT(f.err, HasSubstr("did you mean mine.toml?"));
-}
-
-std::string comment_of_text(const std::string& scenario) {
-  std::istringstream text(scenario);
-  return leading_comment(text);
-}
-
-TEST(LeadingComment, IsTheFirstParagraphOfComment) {
-  EXPECT_EQ(comment_of_text("# Figure 2:\n#   P grows.\n#\n# More.\n[world]\n# not this\n"),
-            "Figure 2: P grows.");
-}
-
-TEST(LeadingComment, IsCutBetweenLetters) {
-  std::string long_one = "a";
-  for (int i = 0; i < 1500; ++i) long_one += "é";
-  EXPECT_EQ(comment_of_text("# " + long_one + "\n"), long_one.substr(0, 1999));
-}
-
-TEST(LeadingComment, IsEmptyWhereThereIsNone) {
-  EXPECT_EQ(comment_of_text("[world]\n# late\n"), "");
-  EXPECT_EQ(comment_of_text(""), "");
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ struct Judgement {
 struct JudgementContext {
   double confidence = 0.95;
   bool sensitivity = false;  ///< also judge without gross outliers
-  double margin = 0.1;       ///< what counts as consistent: the factor on P between 1/(1 + this) and 1 + this
+  double margin = 0.1;       ///< of what is proved: the factor on P is between 1/(1 + this) and 1 + this
   TruthFit truth_fit = TruthFit::none;
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;

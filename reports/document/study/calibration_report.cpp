@@ -272,7 +272,6 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
       "the error is beyond the level: {} of {} rows.",
       number_text(level.k, 3), level.risk, level.beyond, level.rows);
   constexpr double kCell = 0.125;  // decades
-  constexpr double kAround = 1.8;  // levels are shown beyond those of the rows, so that the line can be seen
   double least_error = HUGE_VAL, most_error = 0.0, least_level = HUGE_VAL, most_level = 0.0;
   for (const StanfordCell& cell : c.stanford) {
     least_error = std::min(least_error, cell.error);
@@ -292,7 +291,10 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
     const auto i = static_cast<Index>(std::llround(std::log10(value / all.front()) / kCell));
     return std::clamp<Index>(i, 0, std::ssize(all) - 1);
   };
-  FigureData y = centres(most_level, {least_level / kAround, most_level * kAround});
+  // Of levels much alike more are shown around them, so that the line is seen to rise.
+  constexpr double kAlike = 3.0, kAround = 1.8;
+  const double around = most_level < kAlike * least_level ? kAround : 1.0;
+  FigureData y = centres(most_level, {least_level / around, most_level * around});
   // Errors as far as the levels, all of which the line then crosses. Below these and a hundredth of the
   // largest error nothing is to be seen: such rows are in the first column.
   FigureData x = centres(most_error, {std::min(y.front(), std::max(least_error, 0.01 * most_error)),

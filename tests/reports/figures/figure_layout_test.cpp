@@ -101,6 +101,11 @@ TEST(FigureLayout, WhatCannotBeDrawnIsNotInTheLegend) {
   ASSERT_EQ(entries.size(), 2U);
   EXPECT_EQ(entries[0].series, 0U);
   EXPECT_EQ(entries[1].series, 2U);
+  panel.series[2].y = {0.0, 0.0};  // the lower end of what is unbounded below, on a logarithmic axis
+  panel.log_y = true;
+  EXPECT_EQ(lay_out(grid(1, 1, {panel}), 600).panels[0].legend.size(), 1U);
+  panel.series.push_back(line_series("", panel.series[2].role, {0, 100}, {3, 3}));
+  EXPECT_EQ(lay_out(grid(1, 1, {panel}), 600).panels[0].legend.size(), 2U) << "its upper end is seen";
 }
 
 TEST(FigureLayout, AnOutlineIsNoLineInTheLegend) {

@@ -27,7 +27,7 @@ Scenario monobot_with(double process_scale) {
 // Where NEES and NIS stop the study before the other tests of the word speak, or the other way round.
 TEST(JudgeScenario, OfAStopRuleEverythingIsThatOfTheRule) {
   int without_word = 0;
-  for (int seed = 1; seed <= 40; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Scenario scenario = monobot_with(1.0);
     scenario.study.seed = seed;
     scenario.stop.verdict = StopVerdict::either;

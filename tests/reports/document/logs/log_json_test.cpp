@@ -180,14 +180,14 @@ TEST(LogJson, OfASingleRunWhatIsNotKnownHasItsReason) {
   CheckedLogs logs;
   Judgement& judgement = logs.analysis.judgement;
   judgement.single = SingleRunJudgement{};
-  judgement.single->time_average.run_sum.reason = "too short";
+  judgement.single->time_average.average.reason = "too short";
   judgement.single->time_average.p_value = std::nan("");
   judgement.settle_nees = {.runs = 0, .reason = "nothing deviates"};
   const OrderedJson short_one = log_data(logs)["single_run"];
   EXPECT_TRUE(short_one["runs_to_settle"].is_null()) << "0 stands for no number of runs";
   EXPECT_EQ(short_one["runs_to_settle_reason"], "nothing deviates");
   EXPECT_EQ(short_one["reason"], "too short");
-  judgement.single->time_average.run_sum.reason = {};
+  judgement.single->time_average.average.reason = {};
   EXPECT_THAT(log_data(logs)["single_run"]["reason"].get<std::string>(), testing::HasSubstr("not forgotten"));
 }
 
