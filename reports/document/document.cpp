@@ -75,7 +75,7 @@ void Document::verbatim(std::string_view text) { parts_.emplace_back(part::Verba
 void Document::table(ReportTable table) { parts_.emplace_back(std::move(table)); }
 
 void Document::figure(Figure figure) {
-  if (figure.panels.empty()) return;
+  if (!has_data(figure)) return;
   const std::string name = figure.name;
   this->figure(name, [drawn = std::move(figure)] { return drawn; });
 }
