@@ -283,8 +283,9 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
   const auto centres = [](double at, const AxisRange& range) {
     const auto index = [at](double value) { return std::log10(value / at) / kCell; };
     FigureData all;
-    for (double i = std::floor(index(range.low)); i < index(range.high) + 1.0; i += 1.0)
-      all.push_back(at * std::pow(10.0, kCell * i));
+    const auto first = static_cast<Index>(std::floor(index(range.low))),
+               end = static_cast<Index>(std::ceil(index(range.high) + 1.0));
+    for (Index i = first; i < end; ++i) all.push_back(at * std::pow(10.0, kCell * static_cast<double>(i)));
     return all;
   };
   const auto place = [](double value, const FigureData& all) {

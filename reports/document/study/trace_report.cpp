@@ -108,7 +108,8 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
                normalised_cell(s.nis, s.nis_dof), s.nis_dof});
   }
   if (every > 1)
-    table.notes = {fmt::format("every {} of {} steps; all of them with --format json", ordinal(every), last)};
+    table.notes = {fmt::format("every {} of {} steps; all of them with --format json",
+                               ordinal(static_cast<std::int64_t>(every)), last)};
   return table;
 }
 
