@@ -1274,6 +1274,37 @@ TEST(Judgement, WithoutOutliersNoSumOfSensorsIsCalledConsistentThatTheSensorsAre
   }
 }
 
+// One of eight rejects by itself in a third of all studies.
+TEST(Judgement, OfManySensorsNoneIsCalledWrongWhereTheWordIsConsistent) {
+  RunLayout layout{.has_truth = false};
+  for (const char* name : {"a", "b", "c", "d", "e", "f", "g", "h"})
+    layout.sensors.push_back({.name = name, .dim = 1, .piece = 1});
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  int consistent = 0, one_rejects = 0;
+  for (int study = 0; study < 40; ++study) {
+    EvidenceRecorder recorder(layout);
+    for (int run = 0; run < 20; ++run) {
+      recorder.begin_run();
+      Step step;
+      step.innovations.assign(8, {Vector(1), Matrix::Identity(1, 1)});
+      for (step.step = 1; step.step <= 50; ++step.step) {
+        for (Innovation& innovation : step.innovations) innovation.nu[0] = normal(random);
+        recorder.add(step);
+      }
+    }
+    const Judgement j = judge(recorder.take());
+    if (j.word.verdict != Verdict::consistent) continue;
+    ++consistent;
+    one_rejects += std::ranges::any_of(
+        j.sensors, [](const SensorJudgement& s) { return is_inconsistent(s.nis.verdict); });
+    for (const CauseFound& cause : j.causes)
+      EXPECT_EQ(cause.why.find("only NIS of"), std::string::npos) << cause.why;
+  }
+  EXPECT_GT(consistent, 30);
+  EXPECT_GT(one_rejects, 3);
+}
+
 TEST(Judgement, AWrongSizeOfCorrelatedInnovationsIsStillSeen) {
   for (const double correlation : {0.6, 0.9}) {
     const auto small = [](std::int64_t) { return 2.0; };
