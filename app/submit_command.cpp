@@ -48,7 +48,7 @@ void require_divisible(const SweepPlan& plan, int tasks) {
 void require_time_limit(const std::string& time) {
   static const std::regex kTime("[0-9]+(:[0-9]{1,2}){0,2}|[0-9]+-[0-9]{1,2}(:[0-9]{1,2}){0,2}");
   const bool none = time.find_first_of("123456789") == std::string::npos;
-  if (time.empty() || (std::regex_match(time, kTime) && !none)) return;
+  if (std::regex_match(time, kTime) && !none) return;
   throw ScenarioError(
       fmt::format("--time {}: expected a time as sbatch takes it, above 0: 30 (minutes), 45:00, 2:00:00, "
                   "1-12 or 1-12:00:00",

@@ -155,19 +155,17 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
 }
 
 /// Of the states with more than one range.
-ClaimedSigmaTest test_claimed_sigma(std::span<const SigmaBin> bins, std::span<const std::string> states,
-                                    std::span<const std::string> units_of_states) {
+ClaimedSigmaTest test_claimed_sigma(std::span<const SigmaBin> bins, const RunLayout& layout) {
   ClaimedSigmaTest result;
   double tests = 0.0;
   const auto add = [&](const SigmaBin& bin, double p_value, ClaimedSigmaTest::Side& side) {
     if (p_value >= side.p_value) return;
     side.p_value = p_value;
     side.factor = bin.factor;
-    const auto i = static_cast<std::size_t>(bin.state);
-    const std::string unit =
-        i < units_of_states.size() && !units_of_states[i].empty() ? " " + units_of_states[i] : "";
-    side.in = fmt::format("{} where its σ is {} to {}{}", state_name(states, bin.state),
-                          number_text(bin.lower, 3), number_text(bin.upper, 3), unit);
+    const std::string unit = unit_of_states(layout, {bin.state});
+    side.in =
+        fmt::format("{} where its σ is {} to {}{}{}", state_name(layout.states, bin.state),
+                    number_text(bin.lower, 3), number_text(bin.upper, 3), unit.empty() ? "" : " ", unit);
   };
   for (const SigmaBin& bin : bins) {
     const bool constant = std::ranges::count(bins, bin.state, &SigmaBin::state) == 1;
@@ -307,15 +305,8 @@ std::string state_name(std::span<const std::string> states, Index state) {
   return i < states.size() ? states[i] : fmt::format("x{}", state + 1);
 }
 
-std::vector<std::string> state_units(const RunLayout& layout) {
-  std::vector<std::string> units;
-  for (Index i = 0; i < std::ssize(layout.states); ++i) units.push_back(unit_of_states(layout, {i}));
-  return units;
-}
-
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              std::span<const std::string> states, double confidence, double memory,
-                              std::span<const std::string> units_of_states) {
+                              const RunLayout& layout, double confidence, double memory) {
   Calibration result;
   Units of_runs = units_of(runs, memory);
   const UnitSums& units = of_runs.sums;
@@ -332,7 +323,7 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
   for (const CalibrationRun& run : runs) all.merge(run.whole);
   result.rows = all.rows;
   result.bins = sigma_bins(all, units, confidence);
-  result.claimed_sigma = test_claimed_sigma(result.bins, states, units_of_states);
+  result.claimed_sigma = test_claimed_sigma(result.bins, layout);
   result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence, dim)};
   result.with_factor = held_out(units, dim, false, confidence);
   if (parts.size() < 2) return result;
@@ -348,8 +339,7 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
 
 Calibration judge_calibration(CalibrationRecorder& recorder, double confidence) {
   const std::vector<CalibrationRun> runs = recorder.take();
-  return judge_calibration(runs, recorder.parts(), recorder.layout().states, confidence, kNaN,
-                           state_units(recorder.layout()));
+  return judge_calibration(runs, recorder.parts(), recorder.layout(), confidence);
 }
 
 UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts, double memory) {

@@ -96,17 +96,11 @@ struct Calibration {
   std::vector<DistanceBin> distance;  ///< none where the way is not known
 };
 
-/// The unit of each state; empty where it is not known.
-std::vector<std::string> state_units(const RunLayout& layout);
-
-/// states: the names of the states, as far as they have some; memory: as in CalibrationUnits;
-/// units_of_states: state_units, or none.
+/// layout: of the names and units of the states, as far as they have some; memory: as in CalibrationUnits.
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
-                              std::span<const std::string> states, double confidence, double memory = kNaN,
-                              std::span<const std::string> units_of_states = {});
+                              const RunLayout& layout, double confidence, double memory = kNaN);
 inline Calibration judge_calibration(const CalibrationUnits& units, double confidence) {
-  return judge_calibration(units.runs, units.parts, units.layout.states, confidence, units.memory,
-                           state_units(units.layout));
+  return judge_calibration(units.runs, units.parts, units.layout, confidence, units.memory);
 }
 
 /// Its name, or "x3" where it has none.

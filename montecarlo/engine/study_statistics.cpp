@@ -1,5 +1,7 @@
 #include "montecarlo/engine/study_statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 
@@ -97,6 +99,10 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
 }  // namespace credence
 
 namespace credence::internal {
+
+std::string failed_text(std::int64_t failed, std::int64_t all) {
+  return all == 1 ? "the only run failed" : fmt::format("{} of {} runs failed", failed, all);
+}
 
 std::optional<Outcome> outcome_named(std::string_view word) { return value_named(word, Outcome::threw); }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -126,6 +127,9 @@ namespace credence::internal {
 
 inline constexpr std::array kOutcomes = {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite,
                                          Outcome::threw};
+
+/// "2 of 6 runs failed", or "the only run failed".
+std::string failed_text(std::int64_t failed, std::int64_t all);
 
 /// The one of that name; nothing for another word.
 std::optional<Outcome> outcome_named(std::string_view word);

@@ -122,7 +122,8 @@ class Sweep:
         names = ["p_value", "sweep_p_value", "factor", "factor_lower", "factor_upper"]
         names += ["mean_nees", "expected_nees", "mean_nis", "expected_nis"]
         kinds = [(key, _column_type([row[i] for row in rows])) for i, key in enumerate(swept)]
-        kinds += [("verdict", f"U{max(len(v) for v in Verdict)}"), *((name, "f8") for name in names), ("runs", "i8"), ("failed", "i8")]
+        kinds.append(("verdict", f"U{max(len(v) for v in Verdict)}"))
+        kinds += [*((name, "f8") for name in names), ("runs", "i8"), ("failed", "i8")]
         return np.array(rows, dtype=kinds)
 
     def report(self, directory: "str | os.PathLike[str]") -> str:

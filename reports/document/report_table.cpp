@@ -49,6 +49,11 @@ void ReportTable::add(std::vector<TableCell> row) {
   rows.push_back(std::move(row));
 }
 
+void ReportTable::remove_column(std::ptrdiff_t column) {
+  columns.erase(columns.begin() + column);
+  for (std::vector<TableCell>& row : rows) row.erase(row.begin() + column);
+}
+
 std::vector<std::string> align_decimals(const ReportTable& table, std::size_t column,
                                         const std::string& space, const std::string& point) {
   std::vector<std::string> texts;

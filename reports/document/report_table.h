@@ -50,6 +50,8 @@ struct ReportTable {
 
   /// Appends a row; std::invalid_argument unless it has one cell for each column.
   void add(std::vector<TableCell> row);
+  /// Takes a column out, counted from 0.
+  void remove_column(std::ptrdiff_t column);
 };
 
 /// The texts of one column of numbers, padded behind by `space` so that right alignment puts the decimal

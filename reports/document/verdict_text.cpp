@@ -54,10 +54,6 @@ std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::i
       counted(steps, "step"), which);
 }
 
-std::string failed_text(std::int64_t failed, std::int64_t all) {
-  return all == 1 ? "the only run failed" : fmt::format("{} of {} runs failed", failed, all);
-}
-
 TableCell verdict_cell(Verdict verdict) {
   const CellTone tone = verdict == Verdict::consistent ? CellTone::good
                         : is_unsafe(verdict)           ? CellTone::alarm

@@ -39,9 +39,6 @@ std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict
 /// of `all` runs. Empty where there are none.
 std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::int64_t all);
 
-/// "2 of 6 runs failed", or "the only run failed".
-std::string failed_text(std::int64_t failed, std::int64_t all);
-
 /// A verdict as a cell.
 TableCell verdict_cell(Verdict verdict);
 

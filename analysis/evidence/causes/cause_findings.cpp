@@ -130,9 +130,9 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
     };
     if (wrong && (!f.wrong_pair || size(*wrong) > size(*f.wrong_pair))) f.wrong_pair = wrong;
   }
-  // Of many sensors one rejects by itself where nothing is wrong.
+  // Of many sensors one rejects by itself where nothing is wrong: as take_back has it.
   if (j.sensors.size() > 1 && !sums.sensor.nis_alone && is_inconsistent(s.nis.verdict) &&
-      j.word.verdict != Verdict::consistent)
+      is_inconsistent(j.word.verdict))
     f.wrong_sensors.push_back({s.name, s.nis.mean / s.nis.expected, s.whiteness,
                                sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN});
   if (speaks(j, of_sensor(kInnovationMean, s)) &&

@@ -260,11 +260,8 @@ void leave_failed_open(const StudyStatistics& all, Judgement& j) {
   if (is_unsafe(j.word.verdict)) return;
   const auto failed = std::ssize(all.failures);
   if (static_cast<double>(failed) <= kMostLost * static_cast<double>(all.runs)) return;
-  leave_word_open(all.runs == 1
-                      ? "the only run failed"
-                      : fmt::format("{} of {} runs failed{}", failed, all.runs,
-                                    failed < all.runs ? ", and the others do not speak for them" : ""),
-                  j);
+  leave_word_open(
+      failed_text(failed, all.runs) + (failed < all.runs ? ", and the others do not speak for them" : ""), j);
 }
 
 void leave_rejected_open(const Evidence& e, Judgement& j) {

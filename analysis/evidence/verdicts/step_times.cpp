@@ -9,6 +9,18 @@
 #include "analysis/evidence/sums/step_series.h"
 
 namespace credence::internal {
+namespace {
+
+/// So many that the times of steps so far apart differ, and by little else: 1 of 0.1 s, 2 of 0.25 s.
+int decimals_of(double interval_s) {
+  constexpr double kMost = 6.0, kRounding = 0.01, kOff = 0.15;
+  const double least = std::clamp(std::ceil(-std::log10(interval_s) - kRounding), 0.0, kMost);
+  const double unit = std::pow(10.0, -least);
+  const bool is_off = std::abs(std::round(interval_s / unit) * unit - interval_s) > kOff * interval_s;
+  return static_cast<int>(std::min(least + (is_off ? 1.0 : 0.0), kMost));
+}
+
+}  // namespace
 
 std::shared_ptr<const StepTimes> StepTimes::every(double step_s) {
   if (!(step_s > 0.0)) return nullptr;
@@ -91,19 +103,6 @@ double StepTimes::at(std::int64_t step) const {
   if (k >= elapsed_s_.size()) return kNaN;
   return elapsed_s_[k] + (as_told() ? earliest_begin_s_ : 0.0);
 }
-
-namespace {
-
-/// So many that the times of steps so far apart differ, and by little else: 1 of 0.1 s, 2 of 0.25 s.
-int decimals_of(double interval_s) {
-  constexpr double kMost = 6.0, kRounding = 0.01, kOff = 0.15;
-  const double least = std::clamp(std::ceil(-std::log10(interval_s) - kRounding), 0.0, kMost);
-  const double unit = std::pow(10.0, -least);
-  const bool is_off = std::abs(std::round(interval_s / unit) * unit - interval_s) > kOff * interval_s;
-  return static_cast<int>(std::min(least + (is_off ? 1.0 : 0.0), kMost));
-}
-
-}  // namespace
 
 std::string StepTimes::text(std::int64_t first, std::int64_t last) const {
   const double from = at(first), to = at(last);

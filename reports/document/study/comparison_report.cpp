@@ -139,11 +139,9 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
     table.add({s.name, s.runs, TableCell(s.verdict, verdict_tone(s.verdict)), mean_interval_text(s.factor),
                mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
   }
-  if (std::ranges::none_of(studies, [](const ComparedStudy& s) { return s.pose.has_value(); })) {
-    constexpr std::ptrdiff_t kPose = 5;
-    table.columns.erase(table.columns.begin() + kPose);
-    for (std::vector<TableCell>& row : table.rows) row.erase(row.begin() + kPose);
-  }
+  constexpr std::ptrdiff_t kPose = 5;
+  if (std::ranges::none_of(studies, [](const ComparedStudy& s) { return s.pose.has_value(); }))
+    table.remove_column(kPose);
   table.notes.push_back(
       "factor on P: the true covariance over the claimed one, on average over steps, with its interval.");
   if (paired) {

@@ -202,11 +202,8 @@ ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAn
     }
   }
   for (std::string& note : explanation_notes(studies)) table.notes.push_back(std::move(note));
-  if (!has_poses(studies)) {
-    constexpr std::ptrdiff_t kPose = 4;
-    table.columns.erase(table.columns.begin() + kPose);
-    for (std::vector<TableCell>& row : table.rows) row.erase(row.begin() + kPose);
-  }
+  constexpr std::ptrdiff_t kPose = 4;
+  if (!has_poses(studies)) table.remove_column(kPose);
   return table;
 }
 

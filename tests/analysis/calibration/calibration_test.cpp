@@ -145,8 +145,7 @@ Calibration by_sigma(std::uint64_t seed, double of_small, double of_large, bool 
     }
   }
   const std::vector<CalibrationRun> runs = recorder.take();
-  return judge_calibration(runs, recorder.parts(), recorder.layout().states, 0.95, kNaN,
-                           state_units(recorder.layout()));
+  return judge_calibration(runs, recorder.parts(), recorder.layout(), 0.95);
 }
 
 // ½ · 1.6 + ½ · 0.4 = 1, and yet every row is wrong.

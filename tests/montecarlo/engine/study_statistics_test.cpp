@@ -113,5 +113,10 @@ TEST(StudyStatistics, DofsAreTheSumsOfEveryStep) {
   EXPECT_THROW(statistics.dofs(Quantity::trace), std::invalid_argument);
 }
 
+TEST(FailedText, OneRunIsTheOnlyOne) {
+  EXPECT_EQ(failed_text(2, 6), "2 of 6 runs failed");
+  EXPECT_EQ(failed_text(1, 1), "the only run failed");
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -52,6 +52,17 @@ TEST(ReportTable, ARowHasACellForEachColumn) {
   EXPECT_TRUE(table.rows.empty());
 }
 
+TEST(ReportTable, AColumnIsTakenOutOfEveryRow) {
+  ReportTable table{.columns = {{"a"}, {"b"}, {"c"}}};
+  table.add({1, 2, 3});
+  table.remove_column(1);
+  ASSERT_EQ(table.columns.size(), 2U);
+  EXPECT_EQ(table.columns[1].title, "c");
+  ASSERT_EQ(table.rows[0].size(), 2U);
+  EXPECT_EQ(table.rows[0][0].text, "1");
+  EXPECT_EQ(table.rows[0][1].text, "3");
+}
+
 TEST(ReportTable, ForeignTextIsOneLine) {
   const auto texts = align_decimals(column_of({"two\nlines\x1b[31m"}), 0, "_", ".");
   EXPECT_EQ(texts[0].find_first_of("\n\x1b"), std::string::npos);

@@ -46,7 +46,7 @@ TEST(UlogInnovations, WithoutATimeOfTheSampleThatOfTheMessageCounts) {
   const std::string times = "uint64_t timestamp_sample;";
   UlogWriter log = pairs_of(times + "float baro_vpos;", times + "float baro_vpos;");
   for (const std::uint64_t time_us : {1000U, 2000U, 3000U}) {
-    for (const std::uint16_t id : {1, 2}) {
+    for (const std::uint16_t id : {std::uint16_t{1}, std::uint16_t{2}}) {
       ByteWriter row;
       log.data(id, row.add(time_us).add(std::uint64_t{0}).add(static_cast<float>(time_us)).bytes());
     }
