@@ -106,7 +106,7 @@ int init(const InitOptions& options) {
   }
   for (const auto& [file, text] : project.files) {
     if (file.has_parent_path()) fs::create_directories(file.parent_path());
-    write_file(file, text);
+    write_new_file(file, text);
     fmt::print("{}\n", file.string());
   }
   fmt::print("\nNext:\n");

@@ -35,7 +35,7 @@ int tune_scenario_file(const TuneOptions& options) {
   const std::string tuned = tuning->tuning.anything_known() ? tuned_toml(*tuning) : "";
   const bool inconsistent = tuning->held_out && is_inconsistent(overall_verdict(tuning->held_out->after));
   if (!options.write.empty() && !tuned.empty())
-    write_file(options.write, tuned);  // before figures, which take long
+    write_new_file(options.write, tuned);  // before figures, which take long
   tell(tune_document(std::move(*tuning)), options);
   if (!options.write.empty() && tuned.empty()) {
     throw std::invalid_argument(

@@ -100,12 +100,11 @@ ChiSquareInterval interval_of_sum(const VerdictDesign& design, double runs, doub
   if (design.white) return central_interval(step_dof * design.steps, level);
   const double effective = std::min(design.steps, design.effective_steps);
   const double dof = effective * step_dof;
-  if (runs > kMostRunsSimulated && design.studies) {
+  if (runs >= static_cast<double>(kFewestRunsCompared)) {
     const MeanInterval mean =
         run_mean_interval(expected_moments(design, runs), 1.0 - level, least_dof(design));
     return {dof, dof / mean.upper, dof / mean.lower};
   }
-  if (runs >= static_cast<double>(kFewestRunsCompared)) return central_interval(dof, level);
   // The acceptance interval of the mean over steps is that of one step, by expected shortfall.
   const double lower = chi_square_lower_tail_mean(0.5 * level, step_dof);
   const double upper = chi_square_upper_tail_mean(0.5 * level, step_dof);

@@ -24,7 +24,7 @@ struct VerdictDesign {
   double run_skewness = 0.0;     ///< for NEES: of the average of a run; 0: that of a multiple of χ²
   double least_dof = 0.0;        ///< for NEES: of any step of a run; 0: dof_per_step
   /// For NEES, of `simulated`: by which the power of whole runs and the width of the interval are found;
-  /// null: by a law of their sum, which of few runs finds a P too large more often than the verdict does.
+  /// null: by averages that vary as they do on average, which of few runs find more than the verdict does.
   std::shared_ptr<SimulatedStudies> studies{};
 };
 
@@ -34,10 +34,10 @@ VerdictDesign simulated(VerdictDesign design, int studies);
 /// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a
 /// lower bound of the power of both.
 ///
-/// Sum over white steps: exact. Correlated steps: the averages of whole runs as a multiple of χ² with the
-/// effective dof, or, of 5 to 200 runs, in simulated studies judged as the verdict does, their averages gamma
-/// but for a shift, and of more by the moments of such averages; of fewer than five by the bound for every
-/// dependence. Steps: exact for white ones; one
+/// Sum over white steps: exact. Correlated steps: of 5 to 200 runs in simulated studies, where the design has
+/// them, judged as the verdict does, their averages gamma but for a shift; else by the interval of averages
+/// that vary as they do on average, their mean a multiple of χ² with the effective dof; of fewer than five by
+/// the bound for every dependence. Steps: exact for white ones; one
 /// step at the Bonferroni level for correlated ones. Throws std::invalid_argument unless factor > 0 and runs
 /// > 0, and for an impossible design.
 double verdict_power(const VerdictDesign& design, double factor, double runs);

@@ -17,6 +17,7 @@ from ._arrays import float_array
 LARGEST_SEED = 2**64 - 1
 CHUNK = 64  # runs that are judged as one
 _MOST_CHUNKS, _MOST_DOUBLES = 8, 1 << 23  # of a batch; of its covariances, 64 MB
+_OF_BATCHES = "world and filter are given batches, x is (B, n); those of one run take batch=False"
 _INPUT_SLOTS = 1 << 20  # beyond those of the process noise
 # As a share of a number or of its σ. The last bit of numpy's functions may depend on where an array lies (np.sin of a
 # strided column); from a diffuse prior, variances of 1e11 times what is left, that bit may grow to this. Random numbers
@@ -31,6 +32,21 @@ def batch_runs(steps: int, n: int) -> int:
 
 class PlugError(ValueError):
     """The world or the filter is not what ``study`` needs; the message says where."""
+
+
+class _WorldRaised(Exception):
+    """A function of the world raised, which no filter answers for."""
+
+    def __init__(self, function: str, error: Exception):
+        super().__init__(f"world.{function}() raises {type(error).__name__}: {error}")
+
+
+def _of_world(world: Any, function: str, *given: Any) -> Any:
+    """What the world's function returns. Raises _WorldRaised."""
+    try:
+        return getattr(world, function)(*given)
+    except Exception as error:  # of the user's code
+        raise _WorldRaised(function, error) from error
 
 
 @dataclass(frozen=True)
@@ -134,11 +150,24 @@ def _own(value: Any) -> Any:
 
 def _minus(plan: Plan, estimate: Any, truth: Any, angles: np.ndarray) -> np.ndarray:
     if hasattr(plan.world, "minus"):
-        return np.asarray(plan.world.minus(_own(estimate), _own(truth)), dtype=np.float64)
+        try:
+            return np.asarray(plan.world.minus(_own(estimate), _own(truth)), dtype=np.float64)
+        except Exception as error:  # of the user's code; of an estimate that is not finite the filter's own
+            if _are_finite(estimate):
+                raise _WorldRaised("minus", error) from error
+            raise
     error = np.asarray(estimate, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
     if angles.any():
         error[..., angles] = np.remainder(error[..., angles] + np.pi, 2.0 * np.pi) - np.pi
     return error
+
+
+def _are_finite(estimate: Any) -> bool:
+    """Whether it is numbers, and all of them are finite."""
+    try:
+        return bool(np.isfinite(np.asarray(estimate, dtype=np.float64)).all())
+    except (TypeError, ValueError):  # a state of another kind
+        return False
 
 
 def _is_lost(state: Any, error: np.ndarray, there: np.ndarray, runs: int) -> np.ndarray:
@@ -240,7 +269,8 @@ def _told(world: Any, truth: Any, k: int, source: _Source, part: float = 1.0) ->
     """What predict is given: the input and the time of the step, or of a part of it, of a world that has them."""
     told = []
     if hasattr(world, "input"):
-        told.append(world.input(_own(truth), k, Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)))
+        noise = Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)
+        told.append(_of_world(world, "input", _own(truth), k, noise))
     if hasattr(world, "dt"):
         told.append(world.dt * part)
     return told
@@ -266,14 +296,14 @@ class _Play:
         estimate = None if hasattr(world, "minus") else error.copy()
         chunk = Chunk(error, np.empty((runs, plan.steps, n, n)), {}, estimate)
         self.chunk = chunk
-        truth = world.initial(Noise(source, 0, _credence.Purpose.initial))
+        truth = _of_world(world, "initial", Noise(source, 0, _credence.Purpose.initial))
         made.reset(mean, P0)
         late = collections.deque()  # measurements on their way
         for k in range(1, plan.steps + 1):
             self.step = k
-            truth = world.step(truth, k, Noise(source, k, _credence.Purpose.process))
+            truth = _of_world(world, "step", truth, k, Noise(source, k, _credence.Purpose.process))
             made.predict(*_told(world, truth, k, source))
-            z = world.measure(_own(truth), k, Noise(source, k, _credence.Purpose.measurement))
+            z = _of_world(world, "measure", _own(truth), k, Noise(source, k, _credence.Purpose.measurement))
             late.append(z)
             z = late.popleft() if len(late) > plan.switches.measurement_delay else None
             if z is not None:
@@ -347,12 +377,15 @@ def _joined(parts: "list[Chunk]") -> Chunk:
 
 
 def _play_alone(plan: Plan, run: int) -> Chunk:
-    """One run; an exception of world or filter ends it, and is told."""
+    """One run; an exception of the filter ends it, and is told."""
     play = _Play(plan, run, 1)
     try:
         return play.play()
     except PlugError:
         raise
+    except _WorldRaised as error:
+        hint = f" ({_OF_BATCHES})" if plan.batch else ""
+        raise PlugError(f"{error}, in run {run} at step {play.step}, seed {plan.seed}{hint}") from error.__cause__
     except Exception as error:  # of the user's code, whatever it is
         if not hasattr(play, "chunk"):
             raise
@@ -371,7 +404,8 @@ def play_batch(plan: Plan, first_run: int, runs: int) -> Chunk:
         except PlugError:
             raise
         except Exception as error:  # of the user's code
-            thrown = f"{type(error).__name__}: {error}"
+            raised = error.__cause__ if isinstance(error, _WorldRaised) else error
+            thrown = f"{type(raised).__name__}: {raised}"
     if plan.batch and runs > CHUNK:
         firsts = range(first_run, first_run + runs, CHUNK)
         return _joined([play_batch(plan, first, min(CHUNK, first_run + runs - first)) for first in firsts])
@@ -421,7 +455,7 @@ def _require_one_that_runs(plan: Plan, runs: int, tried: Chunk) -> None:
     except Exception as error:  # of the user's code
         hints = []
         if plan.batch:
-            hints.append("world and filter are given batches, x is (B, n); those of one run take batch=False")
+            hints.append(_OF_BATCHES)
         if hasattr(plan.world, "dt"):
             hints.append("of a world with dt predict() is given the time of the step, last")
         raise PlugError(

@@ -133,7 +133,8 @@ def study(
         in docs/scenario.md. Of what world.step and world.input draw, and of what world.measure draws.
 
     An exception of the filter is a failed run, which is counted and named with seed, run and step: the batch is then
-    played run by run. Raises PlugError, a ValueError, for a world or filter that is not such.
+    played run by run; so is one of world.minus of an estimate that is not finite. Raises PlugError, a ValueError, for a
+    world or filter that is not such, and for a world that raises.
     """
     runs, steps = require_whole(runs, "runs", 1, MOST_RUNS), require_whole(steps, "steps", 1, MOST_STEPS)
     seed = require_whole(seed, "seed", 0, LARGEST_SEED)
@@ -186,6 +187,8 @@ def study(
             break
         except _LateSensors as late:
             dims.update(late.dims)
+    if isinstance(innovation_angles, Mapping) and not set(innovation_angles) <= set(dims):
+        raise ValueError(f"innovation_angles has the sensors {sorted(innovation_angles)}, the filter's innovation {sorted(dims)}")
     source = f"simulated, {steps} steps, seed {seed}"
     dt = getattr(world, "dt", 0.0)
     return Result(collected.judge(name, source, confidence, False, dt=float(dt) if np.ndim(dt) == 0 else 0.0))

@@ -171,9 +171,11 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"prior", "", "what a filter believes before it takes a measurement",
      "Sensors that are read at one time are taken one after the other, each with the P that the one before "
      "left; with the same P for all, what they have in common is counted twice."},
-    {"late", "lateness|delay|latency", "of a measurement: taken earlier than the filter believes",
+    {"late", "lateness|delay|latency|behind in time",
+     "of a measurement: taken earlier than the filter believes",
      "Its errors point back along the way. Use the time at which it was measured, and move the estimate "
-     "there."},
+     "there. Of a truth that is behind the errors point ahead: compare estimates with the truth of their own "
+     "times."},
     {"error of the truth", "", "a fault of what estimates are compared with, and not of the filter",
      "Its noise is new in every row, where the errors of a filter fade. A reference of several centimetres "
      "makes a filter of as many look optimistic: add its covariance to P, or use a better one."},

@@ -76,12 +76,30 @@ void AtomicFile::write(std::string_view bytes) {
   }
 }
 
-void AtomicFile::commit() {
+void AtomicFile::synchronise() const {
   if (fsync(descriptor_) != 0) fail(errno);
-  if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+}
+
+void AtomicFile::close_committed() {
   close(descriptor_);
   sync_folder(target_.parent_path());
   descriptor_ = -1;
+}
+
+void AtomicFile::commit() {
+  synchronise();
+  if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+  close_committed();
+}
+
+void AtomicFile::commit_new() {
+  synchronise();
+  if (link(temporary_.c_str(), target_.c_str()) == 0) {
+    unlink(temporary_.c_str());
+  } else if (errno == EEXIST || rename(temporary_.c_str(), target_.c_str()) != 0) {
+    fail(errno);
+  }
+  close_committed();
 }
 
 void AtomicFile::fail(int error) const {
@@ -99,6 +117,12 @@ void write_file(const std::filesystem::path& target, std::string_view bytes) {
   AtomicFile file(target);
   file.write(bytes);
   file.commit();
+}
+
+void write_new_file(const std::filesystem::path& target, std::string_view bytes) {
+  AtomicFile file(target);
+  file.write(bytes);
+  file.commit_new();
 }
 
 void remove_abandoned(const std::filesystem::path& directory) {

@@ -27,9 +27,13 @@ class AtomicFile {
   void write(std::string_view bytes);
   /// Flushes to the disk and replaces the target.
   void commit();
+  /// The same where there is no target, or on a file system without hard links.
+  void commit_new();
 
  private:
   [[noreturn]] void fail(int error) const;
+  void synchronise() const;
+  void close_committed();
 
   std::filesystem::path target_;
   std::filesystem::path temporary_;
@@ -38,6 +42,9 @@ class AtomicFile {
 
 /// Writes `bytes` as the whole content of `target`; OutputError when it cannot.
 void write_file(const std::filesystem::path& target, std::string_view bytes);
+
+/// The same of a file that is not there; OutputError when it came meanwhile.
+void write_new_file(const std::filesystem::path& target, std::string_view bytes);
 
 /// Makes a folder and those it lies in; OutputError when it cannot.
 void make_directories(const std::filesystem::path& directory);

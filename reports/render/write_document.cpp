@@ -1,8 +1,12 @@
 #include "reports/render/write_document.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,6 +19,25 @@
 
 namespace credence::internal {
 namespace {
+
+/// The turn of this process to write a report into a folder: files of two would be mixed. Where a file system
+/// has no locks there is none.
+class WritersTurn {
+ public:
+  explicit WritersTurn(const std::filesystem::path& folder)
+      : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (descriptor_ < 0) return;
+    while (flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) continue;
+  }
+  ~WritersTurn() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  WritersTurn(const WritersTurn&) = delete;
+  WritersTurn& operator=(const WritersTurn&) = delete;
+
+ private:
+  int descriptor_;
+};
 
 /// One for each figure of the document; empty for those without data.
 std::vector<Drawing> draw_figures(const Document& document, const ReportFolder& directory) {
@@ -58,6 +81,7 @@ void require_own_files(const Document& document, const ReportFolder& directory) 
 
 void write_document(const Document& document, const ReportFolder& directory, const Provenance& provenance) {
   make_directories(directory);
+  const WritersTurn turn(directory);
   require_own_files(document, directory);
   for (const char* folder : {".", "figures", "figures/panels"}) remove_abandoned(directory / folder);
   const std::vector<Drawing> drawings = draw_figures(document, directory);

@@ -190,6 +190,36 @@ def test_an_exception_is_a_failed_run():
     assert "threw at step" in repr(result)
 
 
+def test_an_exception_of_the_world_is_no_failed_run():
+    class Measures(World):
+        def measure(self, x, k, noise):
+            if k == 3 and x[0, 0] > 0.0:
+                raise ArithmeticError("beyond its range")
+            return super().measure(x, k, noise)
+
+    class Subtracts(World):
+        def minus(self, estimate, truth):
+            if estimate[0, 0] > 0.0 or np.isnan(estimate).any():
+                raise ArithmeticError("no difference")
+            return estimate - truth
+
+    class Lost(Filter):
+        def update(self, z):
+            self.state = np.full_like(self.state, np.nan)
+
+    for world, function, said in ((Measures(), "measure", "beyond its range"), (Subtracts(), "minus", "no difference")):
+        where = rf"^world\.{function}\(\) raises ArithmeticError: {said}, in run \d+ at step \d+, seed 4 .*batch=False"
+        with pytest.raises(credence.PlugError, match=where):
+            credence.study(world, Filter, **STUDY)
+    with pytest.raises(credence.PlugError, match="every run fails"):  # the filter's own, as its estimate is NaN
+        credence.study(Subtracts(), Lost, **STUDY)
+
+
+def test_innovation_angles_of_a_sensor_that_is_not_there_are_refused():
+    with pytest.raises(ValueError, match=r"innovation_angles has the sensors \['gps'\], the filter's innovation \[''\]"):
+        credence.study(World(), Filter, innovation_angles={"gps": [0]}, **STUDY)
+
+
 def test_what_is_not_finite_is_a_failed_run():
     class Diverging(Filter):
         def update(self, z):

@@ -48,10 +48,10 @@ std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockV
 /// exact where NIS is white; correlation_time: as of judge_nis. Undefined, with a reason, without data.
 ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis, double correlation_time = 1.0);
 
-/// The factor on R alone that scales S by `scale`: 1 + (scale − 1) / share, share = mean of tr(S⁻¹ R) / m in
-/// (0, 1], the part of S that is R. To first order, as P in S depends on R through the filter's recursion.
-/// Where the interval reaches below 0 it is cut there; no factor, with a reason, if even the value is
-/// negative.
+/// The factor on R alone that scales S by `scale` while P in it stays: 1 + (scale − 1) / share, share = mean
+/// of tr(S⁻¹ R) / m in (0, 1], the part of S that is R. As what R adds to the errors is in P as well, the
+/// factor by which R is wrong, if R alone is, lies between `scale` and this. Where the interval reaches below
+/// 0 it is cut there; no factor, with a reason, if even the value is negative.
 ScaleAdvice scale_of_measurement_noise(const ScaleAdvice& scale, double share);
 
 /// Where an inconsistency sits.

@@ -115,6 +115,7 @@ std::string_view to_string(Cause cause) {
     case Cause::innovation_correlation:
       return "a covariance between components of a measurement, which R lacks, or has and should not";
     case Cause::late_measurements: return "measurements that arrive late, or a truth that is ahead";
+    case Cause::truth_behind: return "a truth that is behind in time, or estimates of a later time";
     case Cause::bias: return "a bias of the sensor or of the model";
     case Cause::initial_covariance: return "the initial covariance";
     case Cause::initial_covariance_or_process_noise:
@@ -162,6 +163,7 @@ Verdict side_of(Cause cause) {
     case Cause::unwrapped_angle:
     case Cause::outliers:
     case Cause::late_measurements:
+    case Cause::truth_behind:
     case Cause::bias:
     case Cause::nonlinear_start:
     case Cause::process_noise_too_small:

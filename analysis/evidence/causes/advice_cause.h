@@ -19,6 +19,7 @@ enum class Cause {
   innovation_unit,         ///< a component of the innovations is in another unit than S
   innovation_correlation,  ///< two components of the innovations are correlated otherwise than in S
   late_measurements,       ///< the estimate lags behind the truth by a time
+  truth_behind,            ///< the truth is that of an earlier time
   bias,                    ///< the innovations have a mean, or the errors
   initial_covariance,      ///< only the first steps are inconsistent
   initial_covariance_or_process_noise,    ///< errors before the first innovation are, and cannot tell which

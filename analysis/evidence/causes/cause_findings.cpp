@@ -201,16 +201,34 @@ Moments nees_before_innovations(const Evidence& e) {
   return (*std::prev(first))[Quantity::nees];
 }
 
+/// The correlation of the logarithms.
+double log_correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  Moments of_a, of_b;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    of_a.add(std::log(a[i]));
+    of_b.add(std::log(b[i]));
+  }
+  double product = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    product += (std::log(a[i]) - of_a.mean) * (std::log(b[i]) - of_b.mean);
+  return product / std::sqrt(of_a.m2 * of_b.m2);
+}
+
 void add_growth(const Evidence& e, Findings& f) {
   const auto& steps = e.study.steps;
   if (e.step_stride > 1) return;
   const auto speaks_at = [](const StepStatistics& step) { return step[Quantity::nis].count > 0; };
   const auto before = static_cast<std::size_t>(std::ranges::find_if(steps, speaks_at) - steps.begin());
+  std::vector<double> first, last;  // before any innovation, of each run
   for (const std::vector<double>& nees : e.whole_runs.nees) {
     if (nees.size() != steps.size()) continue;
     double without = 0.0, with = 0.0, mean = 0.0;
     for (std::size_t k = 0; k < before; ++k) mean += nees[k] / static_cast<double>(before);
-    if (f.nees_before_innovations.count > 0) f.nees_of_runs_before_innovations.add(mean);
+    if (f.nees_before_innovations.count > 0) {
+      f.nees_of_runs_before_innovations.add(mean);
+      first.push_back(nees.front());
+      last.push_back(nees[before - 1]);
+    }
     for (std::size_t k = 1; k < nees.size(); ++k) {
       (speaks_at(steps[k]) ? with : without) += nees[k] - nees[k - 1];
       if (k + 1 == before) f.growth_before_innovations.add(without);
@@ -220,6 +238,8 @@ void add_growth(const Evidence& e, Findings& f) {
     f.growth_without_innovations.add(without);
     f.growth_with_innovations.add(with);
   }
+  constexpr std::size_t kFewestRuns = 10;
+  if (before > 1 && first.size() >= kFewestRuns) f.kept_before_innovations = log_correlation(first, last);
 }
 
 /// The group of each state: those of a group are correlated with each other, if only through others, by what
@@ -295,6 +315,19 @@ std::string unmarked_angles_of(const Evidence& e) {
   return text;
 }
 
+/// Whether P is the same in all of several runs at each step: nothing then depends on what was measured, as a
+/// gate would make it, and P changes with NIS because both change with time.
+bool has_one_covariance(const StudyStatistics& study) {
+  constexpr double kRounding = 1e-12;
+  bool several = false;
+  for (const Moments& trace : study.series(Quantity::trace)) {
+    if (trace.count < 2) continue;
+    several = true;
+    if (!(std::sqrt(trace.variance()) <= kRounding * std::abs(trace.mean))) return false;
+  }
+  return several;
+}
+
 }  // namespace
 
 Findings findings_of(const Evidence& e, const Judgement& j) {
@@ -308,6 +341,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
     findings.unwrapped_innovations += e.sensors[i].unwrapped;
     share.merge(e.sensors[i].measurement_share);
   }
+  if (has_one_covariance(e.study)) findings.rejection.reset();
   findings.unmarked_angles = unmarked_angles_of(e);
   findings.far_tail_probability = SensorSums::kFarTail;
   findings.gross_outliers = gross_outliers_of(e);

@@ -138,6 +138,8 @@ struct Findings {
   double white_share = 0.0;  ///< of the variance of NEES, what one row does not share with the next
   Moments nees_before_innovations = {};  ///< over runs, at the step before any innovation; else empty
   SkewedMoments nees_of_runs_before_innovations = {};  ///< the mean of NEES over its dof of each run there
+  /// Correlation over the runs of ln NEES at the first step and at that one; NaN of fewer than ten runs.
+  double kept_before_innovations = kNaN;
   /// Of each run, what NEES over its dof gains over the steps without an innovation (before the first one of
   /// all), and over the others; empty where not every step of every run is known.
   Moments growth_without_innovations = {}, growth_before_innovations = {}, growth_with_innovations = {};

@@ -92,7 +92,8 @@ Causes find_joint_inconsistency(const Findings& findings);
 
 /// Estimates beside the errors of ten runs that move differently, or of fewer whose motion varies. Names
 /// late_measurements where the errors point back along the way (lateness.h), by 0.3 steps at least and by
-/// what explains most of the excess of NEES, while the innovations are nearly of the right size and white.
+/// what explains most of the excess of NEES, while the innovations are nearly of the right size and white;
+/// and truth_behind where those of ten runs point ahead, likewise.
 Causes find_late_measurements(const Findings& findings);
 /// Means of innovations and of errors that speak. Names bias where that is part of what is wrong, of a
 /// nonlinear filter most of it; and where the errors at single steps have means (Hotelling over the runs)

@@ -50,8 +50,9 @@ Causes with_the_rest(const Findings& findings, CauseFound start) {
 // The steps before the first innovation, whose errors P0 and Q alone make, where what lasts shows in a second
 // half that begins later.
 struct DeadReckoning {
-  std::size_t steps = 0;  // from two on; 0: they are not such, or not every step is known
-  double excess = 0.0;    // of NEES over its dof
+  std::size_t steps = 0;    // from two on; 0: they are not such, or not every step is known
+  double excess = 0.0;      // of NEES over its dof
+  bool from_first = false;  // it is there at the first step as at the last, in each run
   bool fits = false;
 };
 
@@ -71,8 +72,12 @@ DeadReckoning dead_reckoning_of(const Findings& findings) {
   const bool wrong_on_average =
       is_inconsistent(findings.nees.verdict) &&
       run_mean_p_values(findings.nees_of_runs_before_innovations, 1.0).two_sided() <= cause_level(findings);
+  constexpr double kKept = 0.9, kMostGrown = 1.25;
+  const double at_first = excess_of(nees.front()), at_last = excess_of(nees[steps - 1]);
   return {.steps = steps,
           .excess = excess_of_steps(findings.nees, 0, steps),
+          .from_first = findings.kept_before_innovations >= kKept && at_first * at_last > 0.0 &&
+                        std::abs(at_last) <= kMostGrown * std::abs(at_first),
           .fits = !any_step_outside(findings.nees, steps) && !wrong_on_average};
 }
 
@@ -86,9 +91,12 @@ bool can_be_gaussian(const Moments& nees) {
              nees.mean;
 }
 
-// Which of P0 and Q made errors that are wrong before any innovation: Q stays, P0 is forgotten later, by NIS
-// first. Of a nonlinear filter errors that are too small may not be so later for its linearisation.
-Cause cause_of_dead_reckoning(const Findings& findings, double before) {
+// Which of P0 and Q made errors that are wrong before any innovation: P0 where each run has them from the
+// first step on and adds none, which Q does at every step; else Q stays, P0 is forgotten later, by NIS first.
+// Of a nonlinear filter errors that are too small may not be so later for its linearisation.
+Cause cause_of_dead_reckoning(const Findings& findings, const DeadReckoning& reckoning) {
+  if (reckoning.from_first) return Cause::initial_covariance;
+  const double before = reckoning.excess;
   const double late = excess_of_second_half(findings.nees) / before;
   const bool nis_forgets = starts_wrong(findings.nis, cause_level(findings)) &&
                            excess_of(*first_step(findings.nis)) * before > 0.0 && !noise_lasts(findings);
@@ -215,9 +223,11 @@ Causes find_wrong_before_innovations(const Findings& findings) {
   const bool high = before.excess > 0.0;
   const std::string why = fmt::format(
       "mean NEES is {} times its dof before the first innovation, where P0 and Q alone make the errors, "
-      "and {} times in the second half",
-      number_text(1.0 + before.excess, 3), number_text(1.0 + excess_of_second_half(findings.nees), 3));
-  const Cause cause = cause_of_dead_reckoning(findings, before.excess);
+      "{}and {} times in the second half",
+      number_text(1.0 + before.excess, 3),
+      before.from_first ? "in each run from the first step on, to which Q would have added, " : "",
+      number_text(1.0 + excess_of_second_half(findings.nees), 3));
+  const Cause cause = cause_of_dead_reckoning(findings, before);
   if (findings.nonlinear && high && !can_be_gaussian(findings.nees_before_innovations)) {
     return with_the_rest(
         findings, {Cause::nonlinear_start, why + ", and it varies more than that of any Gaussian error"});
@@ -265,14 +275,18 @@ Causes find_start_that_dies_out(const Findings& findings) {
   const std::int64_t entry = verdict.worst_step + 1;
   const std::string worst = verdict.text_of({.first = entry, .last = entry, .count = 1});
   const bool nees_before_fits = dead_reckoning_of(findings).fits;
-  const bool P0_fits = nees_before_fits || (by_nis && first_innovation_fits(findings.nis));
+  const bool first_error_fits =
+      !by_nis && grows_after_first_step(findings.nees, cause_quantile(findings, 1.0));
+  const bool P0_fits =
+      nees_before_fits || first_error_fits || (by_nis && first_innovation_fits(findings.nis));
   if (findings.nonlinear && verdict.verdict == Verdict::optimistic && P0_fits) {
     return with_the_rest(
         findings,
         {nees_before_fits ? Cause::nonlinear_start : Cause::initial_covariance_or_nonlinear_start,
          fmt::format("{} is optimistic in the first steps above all, most at {}, and {}", quantity, worst,
-                     nees_before_fits ? "NEES before the first innovation, which is that of P0 and Q, fits"
-                                      : "the first innovation, which is that of P0 alone, fits")});
+                     nees_before_fits   ? "NEES before the first innovation, which is that of P0 and Q, fits"
+                     : first_error_fits ? "it is not so at the first step, where a wrong P0 shows"
+                                        : "the first innovation, which is that of P0 alone, fits")});
   }
   return with_the_rest(
       findings, {Cause::initial_covariance, fmt::format("{} is {} in the first steps above all, most at {}",

@@ -150,22 +150,26 @@ bool is_of_one_delay(double explained, const ConsistencyVerdict& nees) {
 
 // A filter that is fed late follows the truth of then: its errors are the way since, and its innovations as
 // they should be, or wrong by little beside them where it knows its way. A gain that is too small lags
-// behind, too, and noise that is correlated in time is followed along; both show in the innovations.
+// behind, too, and noise that is correlated in time is followed along; both show in the innovations. A truth
+// of an earlier time leaves its errors the other way along the path.
 Causes find_late_measurements(const Findings& findings) {
   constexpr double kSmall = 0.1, kLittleBesideErrors = 0.03;
-  if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return {};
+  if (!findings.lateness) return {};
   const LatenessTest& test = *findings.lateness;
+  const bool ahead = test.steps < 0.0;
+  const double p_value = ahead ? test.ahead_p_value : test.p_value, delay = std::abs(test.steps);
+  if (!(p_value <= cause_level(findings))) return {};
   const double excess = excess_of(findings.nees);
   if (!is_inconsistent(findings.nees.verdict) || !(excess > 0.0)) return {};
-  if (test.steps < kShortestDelay || !is_of_one_delay(test.explained, findings.nees)) return {};
+  if (delay < kShortestDelay || !is_of_one_delay(test.explained, findings.nees)) return {};
   const InnovationShape shape = innovation_shape(findings);
   const double small = std::max(kSmall, kLittleBesideErrors * excess);
   if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
-  return {{Cause::late_measurements,
-           fmt::format("the errors point back along the path by about {} steps{} ({}), "
+  return {{ahead ? Cause::truth_behind : Cause::late_measurements,
+           fmt::format("the errors point {} along the path by about {} steps{} ({}), "
                        "which explains {:.0f} % of the excess of NEES",
-                       number_text(test.steps, 2), in_seconds(test.steps, findings.nees),
-                       p_value_statement(test.p_value), 100.0 * std::min(1.0, test.explained))}};
+                       ahead ? "ahead" : "back", number_text(delay, 2), in_seconds(delay, findings.nees),
+                       p_value_statement(p_value), 100.0 * std::min(1.0, test.explained))}};
 }
 
 Causes find_bias(const Findings& findings) {

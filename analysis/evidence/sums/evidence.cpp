@@ -109,7 +109,9 @@ void RunSums::merge(const RunSums& later, double least_dof) {
     further.push_back(course_of(later.nees[i], least_dof));
   further.insert(further.end(), later.further.begin(), later.further.end());
   append(nees, later.nees, kKept);
-  add_samples(later.samples);
+  append(samples, later.samples, kKept);
+  append(log_variances, later.log_variances, kKept);
+  drop_samples_of_many();
   append(last_error, later.last_error, kKept);
   append(last_covariance, later.last_covariance, kKept);
   if (last_whitened.count == 0 || last_whitened.mean.size() == later.last_whitened.mean.size()) {
@@ -117,9 +119,19 @@ void RunSums::merge(const RunSums& later, double least_dof) {
   }
 }
 
-void RunSums::add_samples(const std::vector<Matrix>& of_runs) {
-  append(samples, of_runs, std::numeric_limits<std::size_t>::max());
-  if (std::ssize(nees) > StretchSums::kMostRuns) samples.clear();
+void RunSums::add(std::vector<double> nees_of_run, const RunSamples* samples_of_run) {
+  nees.push_back(std::move(nees_of_run));
+  if (samples_of_run != nullptr) {
+    samples.emplace_back(samples_of_run->errors());
+    log_variances.emplace_back(samples_of_run->log_variances());
+  }
+  drop_samples_of_many();
+}
+
+void RunSums::drop_samples_of_many() {
+  if (std::ssize(nees) <= StretchSums::kMostRuns) return;
+  samples.clear();
+  log_variances.clear();
 }
 
 std::vector<RunCourse> RunSums::courses(double least_dof) const {

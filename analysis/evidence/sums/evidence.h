@@ -142,17 +142,21 @@ struct RunSums {
   std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES / dof over its steps
   std::vector<Vector> last_error;         ///< of the block that leads (lead_block), at the end of each
   std::vector<Matrix> last_covariance;
-  std::vector<RunCourse> further;  ///< how NEES went in the runs behind the first kKept
-  std::vector<Matrix> samples;     ///< of few runs (RunLaw::samples_of_all)
-  VectorMoments last_whitened;     ///< of the whole state at the end (correlation_whitening.h); only of runs
-                                   ///< with as many states, of which P is of full rank
+  std::vector<RunCourse> further;     ///< how NEES went in the runs behind the first kKept
+  std::vector<Matrix> samples;        ///< of few runs (RunLaw::samples_of_all)
+  std::vector<Vector> log_variances;  ///< of these samples
+  VectorMoments last_whitened;  ///< of the whole state at the end (correlation_whitening.h); only of runs
+                                ///< with as many states, of which P is of full rank
 
   /// least_dof: of the NEES of `later`.
   void merge(const RunSums& later, double least_dof);
-  /// Of runs whose NEES are here; of more than few runs none are kept.
-  void add_samples(const std::vector<Matrix>& of_runs);
+  /// NEES / dof of a run over its steps; samples: of one of few.
+  void add(std::vector<double> nees_of_run, const RunSamples* samples_of_run);
   /// How NEES went in every run; least_dof: of the first kKept.
   std::vector<RunCourse> courses(double least_dof) const;
+
+ private:
+  void drop_samples_of_many();  ///< of more than few runs none are kept
 };
 
 /// Rows of which one thing is said.

@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 23;
+constexpr std::uint32_t kFormat = 24;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -245,8 +245,11 @@ class Pass {
   }
 
   void one(Held<RunSums>& runs) {
-    (*this)(runs.nees_values, runs.nees, runs.samples, runs.last_error, runs.last_covariance,
-            runs.last_whitened);
+    (*this)(runs.nees_values, runs.nees, runs.samples, runs.log_variances, runs.last_error,
+            runs.last_covariance, runs.last_whitened);
+    require(runs.samples.size() == runs.log_variances.size());
+    for (std::size_t i = 0; i < runs.samples.size(); ++i)
+      require(runs.samples[i].cols() == runs.log_variances[i].size());
     require(runs.last_error.size() == runs.last_covariance.size());
     for (std::size_t i = 0; i < runs.last_error.size(); ++i) {
       const Matrix& P = runs.last_covariance[i];

@@ -426,10 +426,8 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   }
   run.whole.add_to(sums_.study.nees_of_runs);
   run.vehicle.add_to(sums_.study.vehicle_nees_of_runs);
-  std::vector<Matrix> samples;
-  if (run.law.few) samples.push_back(run.law.samples_of_all(std::ssize(run.nees)));
-  runs.nees.push_back(std::move(run.nees));
-  runs.add_samples(samples);
+  const RunSamples* samples = run.law.few ? &run.law.samples_of_all(std::ssize(run.nees)) : nullptr;
+  runs.add(std::move(run.nees), samples);
   for (std::size_t b = 0; b < run.blocks.size(); ++b) {
     const BlockSquares& of_run = run.squares[b];
     if (of_run.steps == 0) continue;

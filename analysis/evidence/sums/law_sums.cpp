@@ -294,9 +294,10 @@ void RunLaw::add_whitened(const Vector& whitened, const Matrix& P) {
   }
 }
 
-Matrix RunLaw::samples_of_all(Index rows) const {
-  if (samples.rows() == rows) return samples.errors();
-  return lead_samples.rows() == rows ? Matrix(lead_samples.errors()) : Matrix();
+const RunSamples& RunLaw::samples_of_all(Index rows) const {
+  static const RunSamples kNone;
+  if (samples.rows() == rows) return samples;
+  return lead_samples.rows() == rows ? lead_samples : kNone;
 }
 
 void RunLaw::add_to(LawSums& sums, const std::string& of) const {

@@ -158,7 +158,7 @@ struct RunLaw {
   void add_whitened(const Vector& whitened, const Matrix& P);
   /// Of a run of so many rows those of the state, or else of the block that leads, which all rows have; none
   /// where neither is in all.
-  Matrix samples_of_all(Index rows) const;
+  const RunSamples& samples_of_all(Index rows) const;
   /// The run ended well; `of` is the block of the errors, "" for the state.
   void add_to(LawSums& sums, const std::string& of) const;
 };

@@ -4,7 +4,8 @@
 
 namespace credence::internal {
 
-/// Errors of a run over their σ, evenly over it: every 2^k-th, k as small as kMost of them allow.
+/// Errors of a run over their σ, and how large σ is, evenly over it: every 2^k-th, k as small as kMost of
+/// them allow.
 class RunSamples {
  public:
   static constexpr Index kMost = 2048, kLargest = 24;
@@ -14,7 +15,9 @@ class RunSamples {
 
   /// One a column.
   auto errors() const { return samples_.leftCols(count_); }
-  /// At most so many of them, evenly; `most`: kMost by a power of two.
+  /// ln σ² of each, the mean over the states.
+  auto log_variances() const { return log_variances_.head(count_); }
+  /// At most so many errors, evenly; `most`: kMost by a power of two.
   Matrix errors(Index most) const;
   Index count() const { return count_; }
   /// That they are of.
@@ -22,6 +25,7 @@ class RunSamples {
 
  private:
   Matrix samples_{};
+  Vector log_variances_{};
   Index rows_ = 0, every_ = 1, count_ = 0;
 };
 

@@ -13,7 +13,6 @@
 #include "analysis/evidence/sums/effective_steps.h"
 #include "analysis/laws/correlation/thinned_series.h"
 #include "analysis/laws/mean/run_mean.h"
-#include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/laws/sample_size.h"
 #include "analysis/laws/ten_stretches.h"
 #include "core/nan.h"
@@ -45,11 +44,18 @@ double effective_steps_within(std::span<const std::vector<double>> runs) {
          static_cast<double>(runs.size());
 }
 
-/// By what factors P may be wrong for the averages of stretches or runs, whose mean at the level of the
-/// verdict is `decides`, to show it with kSettlingPower: the mean is as far below that factor as it is in one
-/// of 1 − kSettlingPower. Runs like these tell more by the root of their number.
-SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& decides,
-                             const MeanInterval& spread, double runs) {
+/// The runs that show a factor of this logarithm as so many do the detectable ones: they tell more by the
+/// root of their number.
+std::int64_t runs_that_show(double seen, const DetectableFactors& detectable, double runs) {
+  const double ratio = std::log(seen > 0.0 ? detectable.above : detectable.below) / seen;
+  return static_cast<std::int64_t>(std::ceil(std::min(runs * ratio * ratio, 1e15)));
+}
+
+/// By what factors P may be wrong for the averages of the stretches of one run, whose mean at the level of
+/// the verdict is `decides`, to show it with kSettlingPower: the mean is as far below that factor as it is in
+/// one of 1 − kSettlingPower.
+SettlingRuns settle_stretches(const ConsistencyVerdict& v, const MeanInterval& decides,
+                              const MeanInterval& spread) {
   const double square = decides.mean * decides.mean;
   SettlingRuns result{.observed_factor = decides.mean,
                       .detectable = {.below = square / (decides.upper * spread.upper),
@@ -60,10 +66,23 @@ SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& de
   } else if (std::abs(seen) < 1e-4) {
     result.reason = "nothing deviates";
   } else {
-    const double ratio = std::log(seen > 0.0 ? result.detectable.above : result.detectable.below) / seen;
-    result.runs = static_cast<std::int64_t>(std::ceil(std::min(runs * ratio * ratio, 1e15)));
+    result.runs = runs_that_show(seen, result.detectable, 1.0);
   }
   return result;
+}
+
+/// Of the averages that are compared, of whole runs or of their stretches. What they are worth varies from
+/// study to study: it is the less of what their correlation in time and what their scatter tell.
+VerdictDesign design_of_units(const ConsistencyVerdict& v, const SkewedMoments& averages, double runs,
+                              double effective_steps) {
+  constexpr int kStudies = 400;  // a standard error of 1.5 points at a power of 0.9
+  const double per_run = static_cast<double>(averages.count) / runs;
+  VerdictDesign design = design_of(v, runs, false, effective_steps);
+  design.steps = std::max(1.0, design.steps / per_run);
+  const double by_scatter = 2.0 * averages.mean * averages.mean / (design.dof_per_step * averages.variance());
+  design.effective_steps =
+      std::clamp(std::min(design.effective_steps / per_run, by_scatter), 1.0, design.steps);
+  return simulated(design, kStudies);
 }
 
 /// "; about 5 runs like it would tell whether the factor 0.747 seen is real", behind why one run does not.
@@ -110,23 +129,20 @@ SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_st
 
 SettlingRuns settle_few(const Evidence& e, const StudyStatistics& s, const SkewedMoments& stretches,
                         const Judgement& j) {
-  SettlingRuns result = settle(j.nees, false, effective_steps_within(e.whole_runs.nees));
+  const double effective = effective_steps_within(e.whole_runs.nees);
+  SettlingRuns result = settle(j.nees, false, effective);
+  const bool of_stretches = stretches.count > 0;
   // Of fewer runs a P that is too large is tested by a bound that needs more of them (run_mean.h).
-  if (result.observed_factor < 1.0 && result.runs > 0)
+  if (!of_stretches && result.observed_factor < 1.0 && result.runs > 0)
     result.runs = std::max(result.runs, StretchSums::kMostRuns + 1);
-  const SkewedMoments& averages = stretches.count > 0 ? stretches : s.nees_of_runs.moments;
+  const SkewedMoments& averages = of_stretches ? stretches : s.nees_of_runs.moments;
   if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
-  const Moments plain{.count = averages.count, .mean = averages.mean, .m2 = averages.m2};
-  const SettlingRuns by_mean = settle_averages(
-      j.nees,
-      run_mean_interval(averages, 0.5 * (1.0 + j.confidence), static_cast<double>(s.nees_of_runs.least_dof)),
-      positive_mean_interval(plain, 2.0 * kSettlingPower - 1.0),
-      static_cast<double>(s.nees_of_runs.moments.count));
-  if (by_mean.detectable.above > 1.0)
-    result.detectable.above = std::min(result.detectable.above, by_mean.detectable.above);
-  if (by_mean.detectable.below < 1.0)
-    result.detectable.below = std::max(result.detectable.below, by_mean.detectable.below);
-  if (by_mean.runs > 0) result.runs = std::min(result.runs, by_mean.runs);
+  const auto runs = static_cast<double>(s.nees_of_runs.moments.count);
+  const auto units = static_cast<double>(averages.count);
+  result.detectable =
+      detectable_factors(design_of_units(j.nees, averages, runs, effective), units, kSettlingPower);
+  if (of_stretches && result.runs > 0)
+    result.runs = runs_that_show(std::log(result.observed_factor), result.detectable, runs);
   return result;
 }
 
@@ -219,7 +235,7 @@ void judge_single_run(const Evidence& e, std::span<const double> nees, double me
     v.bounds_p_value = p_average;
     v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
     j.scale_covariance = scale_of_covariance(v);
-    j.settle_nees = settle_averages(v, decides, averages[2].average, 1.0);
+    j.settle_nees = settle_stretches(v, decides, averages[2].average);
     j.single = single;
     return;
   }

@@ -121,7 +121,7 @@ ErrorMeanJudgement judge_error_mean(const Evidence& e) {
 /// have stretches that are independent, of pieces of them.
 double tail_p_value_of_few(const Evidence& e, double dof, bool stretches) {
   const std::vector<Matrix>& samples = e.whole_runs.samples;
-  const std::vector<std::vector<double>> residuals = residual_nees(samples);
+  const std::vector<std::vector<double>> residuals = residual_nees(samples, e.whole_runs.log_variances);
   if (!residuals.empty())
     return heavy_tail_p_value(tails_of_pieces(residuals, static_cast<double>(samples.front().rows())));
   return stretches ? heavy_tail_p_value(tails_of_pieces(e.whole_runs.nees, dof))

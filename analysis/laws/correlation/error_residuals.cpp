@@ -20,10 +20,19 @@ bool moves(const auto& sizes, double level) {
   return !(modulation({sizes.data(), static_cast<std::size_t>(sizes.size())}).p_value > level);
 }
 
-/// Nothing of too few rows, of a run that does not vary in all directions, and where the size goes up and
-/// down in time, of all directions together or of one: where little comes to a state after the first rows, as
-/// to one that is a constant, its direction lives in these alone.
-Residuals residuals_of(const Matrix& z, double level) {
+/// Whether σ changes from row to row, behind the first tenth, by as much as the size of what is new in an
+/// error would show: one fix makes σ smaller and is all that is new; `share`: of the errors, that is new.
+bool changes(const Vector& log_variances, double share) {
+  constexpr double kMost = 0.15;
+  const Index last = log_variances.size() - 1, from = last / 10;
+  const auto steps = log_variances.segment(from + 1, last - from) - log_variances.segment(from, last - from);
+  return !(std::sqrt(steps.squaredNorm() / static_cast<double>(last - from)) <= kMost * share);
+}
+
+/// Nothing of too few rows, of a run that does not vary in all directions, where σ changes, and where the
+/// size goes up and down in time, of all directions together or of one: where little comes to a state after
+/// the first rows, as to one that is a constant, its direction lives in these alone.
+Residuals residuals_of(const Matrix& z, const Vector& log_variances, double level) {
   constexpr Index kFewestRows = 136, kFewestOfState = 20;
   const Index n = z.rows(), pairs = z.cols() - 1;
   if (n == 0 || z.cols() < std::max(kFewestRows, kFewestOfState * n) || !z.allFinite()) return {};
@@ -33,6 +42,8 @@ Residuals residuals_of(const Matrix& z, double level) {
   const Matrix residuals = after - (after * past.transpose()) * past;
   const Matrix root = psd_whitening(residuals * residuals.transpose() / static_cast<double>(pairs));
   if (root.rows() < n) return {};
+  const Matrix back = whitening * residuals;
+  if (changes(log_variances, back.squaredNorm() / static_cast<double>(n))) return {};
   const Matrix squares = (root * residuals).cwiseAbs2().transpose();  // of mean 1
   for (Index i = 0; i < n; ++i) {
     const auto of_direction = squares.col(i);
@@ -42,8 +53,7 @@ Residuals residuals_of(const Matrix& z, double level) {
   }
   const Vector nees = squares.rowwise().mean();
   if (n > 1 && moves(nees, level)) return {};
-  return {.nees = {nees.begin(), nees.end()},
-          .back = (whitening * residuals).cwiseProduct(past).colwise().sum()};
+  return {.nees = {nees.begin(), nees.end()}, .back = back.cwiseProduct(past).colwise().sum()};
 }
 
 /// Sums of those residuals that are larger than most of their run.
@@ -70,12 +80,13 @@ struct LargeResiduals {
 
 }  // namespace
 
-std::vector<std::vector<double>> residual_nees(std::span<const Matrix> runs) {
+std::vector<std::vector<double>> residual_nees(std::span<const Matrix> runs,
+                                               std::span<const Vector> log_variances) {
   constexpr double kMoves = 0.05;
   std::vector<std::vector<double>> all;
   LargeResiduals large;
-  for (const Matrix& z : runs) {
-    Residuals run = residuals_of(z, kMoves / static_cast<double>(runs.size()));
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    Residuals run = residuals_of(runs[i], log_variances[i], kMoves / static_cast<double>(runs.size()));
     if (run.nees.empty()) return {};
     large.add(run);
     all.push_back(std::move(run.nees));

@@ -127,10 +127,11 @@ LatenessTest test_lateness(const LatenessSums& sums) {
   const double n = static_cast<double>(runs.count);
   const double across = weights.dot(runs.mean);
   const double variance = weights.dot(runs.scatter * weights) / (n - 1.0);
-  const double steps = -across / varied;
+  const double steps = -across / varied, t = -across / std::sqrt(variance / n);
   return {.runs = runs.count,
           .steps = steps,
-          .p_value = student_upper_p_value(-across / std::sqrt(variance / n), n - 1.0),
+          .p_value = student_upper_p_value(t, n - 1.0),
+          .ahead_p_value = student_upper_p_value(-t, n - 1.0),
           .explained = explained_by(steps, runs.mean)};
 }
 

@@ -5,6 +5,7 @@
 
 #include "analysis/laws/correlation/group_sums.h"
 #include "analysis/laws/shape/vector_moments.h"
+#include "core/nan.h"
 #include "core/types.h"
 #include "montecarlo/engine/moments.h"
 
@@ -54,6 +55,7 @@ struct LatenessTest {
   std::int64_t runs = 0;
   double steps = 0.0;            ///< d, by least squares; < 0: the errors point ahead
   double p_value = 0.0;          ///< of d > 0, one-sided
+  double ahead_p_value = kNaN;   ///< of d < 0; NaN of fewer than ten runs
   double explained = 0.0;        ///< of the mean of uᵀu in excess of its dimension, by e = −d a
   std::string_view reason = {};  ///< why there is no test (numbers NaN), else empty
 };
@@ -65,7 +67,7 @@ struct LatenessTest {
 /// Of three to nine runs Student's t of d of each run, of one and two that of d of their stretches
 /// [Ibragimov 2010]: from few groups that are nearly independent, the t of their estimates holds 5 % and less
 /// however much their variances differ. The corrections that follow an error within the run turn the estimate
-/// back, so that d of an exact filter is a little below zero: on the safe side.
+/// back, so that d of an exact filter is a little below zero: on the safe side, and no test of d < 0.
 LatenessTest test_lateness(const LatenessSums& sums);
 
 }  // namespace credence::internal

@@ -12,7 +12,10 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kFewestForHotelling = 10.0;
+constexpr double kFewest = 10.0;  ///< of Hotelling's test, and of a mean that is certain
+
+/// Hotelling's F of m and n − m dof has next to no power where n is hardly above m.
+bool are_few(double n, double m) { return m > 1.0 && n < std::max(kFewest, 2.0 * m); }
 
 // Student's t of every component, Bonferroni over them. One that is always zero tells nothing. The mean of
 // one that never varies is certain of many values; few may be the same as they are rounded, which is NaN.
@@ -24,7 +27,7 @@ double p_value_of_components(const VectorMoments& moments) {
     if (variance > 0.0) {
       const double t = moments.mean[i] / std::sqrt(variance / n);
       least = std::fmin(least, student_two_sided_p_value(t, n - 1.0));
-    } else if (n < kFewestForHotelling) {
+    } else if (n < kFewest) {
       return kNaN;
     } else if (moments.mean[i] != 0.0) {
       least = 0.0;
@@ -64,9 +67,8 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
     return result;
   }
   const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
-  if ((m > 1.0 && (n <= m || n < kFewestForHotelling)) || factor.info() != Eigen::Success) {
-    result.p_value =
-        m > 1.0 && n < kFewestForHotelling ? p_value_of_few(moments) : p_value_of_components(moments);
+  if (are_few(n, m) || factor.info() != Eigen::Success) {
+    result.p_value = are_few(n, m) ? p_value_of_few(moments) : p_value_of_components(moments);
     if (std::isnan(result.p_value)) result.reason = "the values do not vary";
     return result;
   }

@@ -21,12 +21,13 @@ struct ZeroMeanTest {
 /// model. Assumed: Gaussian and white; where whiteness fails, as in errors, add the mean of each run instead
 /// of each value.
 ///
-/// Of ten values or more that are no more than their components, or whose covariance is singular, p_value is
-/// that of Student's t of each of these, Bonferroni over them, and t_square NaN; 0 where one is always the
-/// same and not zero. Of two to nine values of several components half the level is that of these t, and half
-/// that of the t of wᵀu, w the eigenvector of Σ u uᵀ, not centred, with the largest eigenvalue: as w depends
-/// on that sum alone, it is Student's for Gaussian u of mean zero, exactly, however many components there are
-/// [Läuter 1998].
+/// Where the covariance of the values is singular, p_value is that of Student's t of each of the components,
+/// Bonferroni over them, and t_square NaN; of ten values or more 0 where one is always the same and not zero.
+/// Of several components and fewer than ten values, or than twice as many as there are components, where F
+/// has little power (one component's mean has to be 1.6 times as large as for these t of 14 values of nine
+/// components, and 12 times of ten), half the level is that of these t, and half that of the t of wᵀu, w the
+/// eigenvector of Σ u uᵀ, not centred, with the largest eigenvalue: as w depends on that sum alone, it is
+/// Student's for Gaussian u of mean zero, exactly, however many components there are [Läuter 1998].
 ZeroMeanTest test_zero_mean(const VectorMoments& moments);
 
 }  // namespace credence::internal

@@ -262,10 +262,20 @@ std::string junit_xml(const CheckedLogs& logs, double confidence) {
 
 namespace {
 
-/// The same Markdown, in which nothing of a name is HTML.
-std::string without_html(std::string_view markdown) {
+/// The same Markdown, in which nothing of a name is HTML, a link, emphasis, code, or a character that hides.
+std::string without_markup(std::string_view markdown) {
   std::string text;
-  for (const char c : markdown) text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+  while (!markdown.empty()) {
+    const std::size_t length = markdown.find('\n');
+    for (const char c : printable_line(markdown.substr(0, length))) {
+      const bool of_address = c == '/' && text.ends_with(':');  // as of http:, which is a link by itself
+      if (std::string_view("[]*`~").find(c) != std::string_view::npos) text += '\\';
+      text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : of_address ? "&#47;" : std::string(1, c);
+    }
+    if (length == std::string_view::npos) break;
+    text += '\n';
+    markdown.remove_prefix(length + 1);
+  }
   return text;
 }
 
@@ -301,7 +311,7 @@ std::string markdown_summary(const CheckedLogs& logs) {
   bullets(logs.advice());
   bullets(logs.factor_sentences());
   bullets(logs.all_remarks());
-  return without_html(text);
+  return without_markup(text);
 }
 
 }  // namespace credence::internal

@@ -28,8 +28,9 @@ std::string conformal_sentence(const ConformalFactor& c) {
                             c.runs, number_text(c.least, 3));
   }
   return fmt::format(
-      "Without assuming Gaussian errors: with P times {}, at least 95 % of further runs have at least 95 % "
-      "of their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
+      "Without assuming Gaussian errors: with P times {}, a further run has at least 95 % of its rows within "
+      "the 95 % ellipsoid with a probability of at least 95 % (conformal over {} runs, which must be "
+      "exchangeable; the probability is that over all such sets of runs, and of this one may be less).",
       number_text(c.factor, 3), c.runs);
 }
 

@@ -81,6 +81,24 @@ TEST(AtomicFile, WritesAndReplaces) {
   EXPECT_EQ(folder.entries(), 1);
 }
 
+TEST(AtomicFile, ANewFileIsNotWrittenOverOneThatCameMeanwhile) {
+  const TemporaryFolder folder;
+  AtomicFile file(folder / "a.txt");
+  file.write("mine");
+  write_new_file(folder / "a.txt", "theirs");
+  EXPECT_THROW(file.commit_new(), OutputError);
+  EXPECT_EQ(folder.read("a.txt"), "theirs");
+  EXPECT_THROW(write_new_file(folder / "a.txt", "again"), OutputError);
+  EXPECT_EQ(folder.read("a.txt"), "theirs");
+}
+
+TEST(AtomicFile, ANewFileLeavesNothingBesideIt) {
+  const TemporaryFolder folder;
+  write_new_file(folder / "a.txt", "text");
+  EXPECT_EQ(folder.read("a.txt"), "text");
+  EXPECT_EQ(folder.entries(), 1);
+}
+
 TEST(AtomicFile, WithoutCommitTheTargetKeepsWhatItHad) {
   const TemporaryFolder folder;
   write_file(folder / "a.txt", "first");

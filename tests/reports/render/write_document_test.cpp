@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
+#include <thread>
 
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -46,6 +50,27 @@ TEST(WriteDocument, WritesThePageItsFiguresAndTheFilesBesideIt) {
     EXPECT_TRUE(fs::exists(folder / "new/report/figures" / file)) << file;
   }
   EXPECT_EQ(folder.read("new/report/numbers.csv"), "1,2\n");
+}
+
+TEST(WriteDocument, TwoThatWriteIntoOneFolderTakeTurns) {
+  const TemporaryFolder folder;
+  std::atomic<int> writing = 0;
+  const auto write = [&](const std::string& title) {
+    Document document(title);
+    document.link("The numbers", "numbers.csv");
+    document.file("numbers.csv", [&](const fs::path& target) {
+      EXPECT_EQ(++writing, 1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      write_file(target, title);
+      --writing;
+    });
+    write_document(document, folder / "report");
+  };
+  std::thread other(write, "one");
+  write("two");
+  other.join();
+  const std::string last = folder.read("report/numbers.csv");
+  EXPECT_THAT(folder.read("report/index.html"), HasSubstr("<h1>" + last));
 }
 
 TEST(WriteDocument, FiguresThatTakeTimeAreMadeWithThePage) {

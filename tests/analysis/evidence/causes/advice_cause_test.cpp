@@ -239,6 +239,7 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_FALSE(with(1.5, 1.0, 0.29, 1.2));
   EXPECT_TRUE(with(1.5, 1.0, 1.0, 0.51));
   EXPECT_FALSE(with(1.5, 1.0, 1.0, 0.49));
+  EXPECT_FALSE(with(1.5, 1.0, -1.0, 1.2));
   // It stands for the bias that it makes.
   Findings findings = findings_of(1.5, 1.0);
   findings.lateness = late;
@@ -368,6 +369,20 @@ TEST(CauseRules, AShortDelayIsSaidBesideANoise) {
   findings.lateness->explained = 0.5;
   findings.lateness->p_value = 0.01;
   EXPECT_FALSE(says());
+}
+
+TEST(CauseRules, ErrorsAheadOnTheWayAreOfATruthThatIsBehind) {
+  Findings findings = findings_of(3.0, 1.0);
+  findings.lateness =
+      LatenessTest{.runs = 100, .steps = -1.0, .p_value = 1.0, .ahead_p_value = 1e-6, .explained = 1.2};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::truth_behind});
+  EXPECT_NE(find_causes(findings)[0].why.find("point ahead along the path by about 1.0 steps"),
+            std::string::npos);
+  findings.lateness->ahead_p_value = 0.01;
+  EXPECT_NE(causes_of(findings), CauseList{Cause::truth_behind});
+  findings.lateness->ahead_p_value = 1e-6;
+  findings.lateness->steps = -0.29;
+  EXPECT_NE(causes_of(findings), CauseList{Cause::truth_behind});
 }
 
 // A delay explains 3/4 of an error that grows along the way, as of a wrong scale.
@@ -1113,6 +1128,35 @@ TEST(CauseRules, ErrorsThatNisForgetsAreOfP0) {
   findings.nonlinear = true;
   findings.growth_before_innovations = gain_of_100_runs(0.5);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+}
+
+// NEES of a nonlinear filter that is right at the first step, and too large after it for a while.
+TEST(CauseRules, ErrorsThatComeAfterTheFirstStepOfANonlinearFilterMayBeOfItsLinearisation) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(8, 3.0, 1.0);
+  findings.nees = verdict_of_means(means, false);
+  findings.nonlinear = true;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  means[0] = means[1] = 1.0;
+  findings.nees = verdict_of_means(means, false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
+  EXPECT_NE(find_causes(findings)[0].why.find("not so at the first step"), std::string::npos);
+}
+
+// As of a bias that nothing moves and little is learnt of.
+TEST(CauseRules, ErrorsThatEachRunHasFromTheFirstStepOnAreOfP0) {
+  Findings findings = findings_of(3.0, 1.0);
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.kept_before_innovations = 0.89;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.kept_before_innovations = 0.91;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  EXPECT_NE(find_causes(findings)[0].why.find("in each run from the first step on"), std::string::npos);
+  std::vector<double> means(40, 3.0);
+  means[0] = means[1] = 2.5;  // an excess of 1.5, and of 2.0 at the third step: more than a quarter has come
+  findings.nees = verdict_of_means(means, false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
 }
 
 // Errors of a nonlinear filter that are no larger than they should be are not to be explained by their mean.

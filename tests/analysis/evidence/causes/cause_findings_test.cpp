@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "analysis/evidence/sums/evidence_recorder.h"
@@ -45,6 +46,71 @@ TEST(CauseFindings, WhatASensorTellsIsNotTakenBackByOneThatComesLater) {
   ASSERT_TRUE(last.innovation_mean);
   EXPECT_EQ(first.innovation_mean->mean, last.innovation_mean->mean) << "of the smaller p-value";
   EXPECT_EQ(first.rejection.has_value(), last.rejection.has_value());
+}
+
+/// Twenty runs of 40 rows, in every second of which P hardly falls and NIS is far too large; spread: of P
+/// over the runs.
+std::optional<GateRejection> rejection_of(double spread) {
+  RunLayout layout{.states = {"x"}, .angles = {false}, .units = {""}};
+  layout.sensors = {Sensor{.name = "z", .dim = 1, .piece = 1}};
+  layout.has_truth = true;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(12);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 20; ++run) {
+    recorder.begin_run();
+    double log_P = spread * normal(random);
+    for (std::int64_t k = 1; k <= 40; ++k) {
+      const bool large = k % 2 == 0;
+      log_P -= large ? 0.1 : 1.0 + 0.01 * static_cast<double>(k % 7);
+      Step step{.step = k, .states = {0}};
+      step.P = Matrix::Constant(1, 1, std::exp(log_P));
+      step.error = Vector::Constant(1, std::exp(0.5 * log_P) * normal(random));
+      step.innovations = {Innovation{.nu = Vector::Constant(1, (large ? 4.0 : 1.0) * normal(random)),
+                                     .S = Matrix::Identity(1, 1)}};
+      recorder.add(step);
+    }
+  }
+  const Evidence evidence = recorder.take();
+  return findings_of(evidence, judge(evidence)).rejection;
+}
+
+TEST(CauseFindings, WhereAllRunsHaveOneCovarianceNothingIsRejected) {
+  EXPECT_FALSE(rejection_of(0.0));
+  EXPECT_TRUE(rejection_of(0.1));
+}
+
+/// 60 runs of 20 rows of a random walk, in the first four of which nothing is measured.
+double kept_of(double P0, double Q) {
+  RunLayout layout{.states = {"x"}, .angles = {false}, .units = {""}};
+  layout.sensors = {Sensor{.name = "z", .dim = 1, .piece = 1}};
+  layout.has_truth = true;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(13);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 60; ++run) {
+    recorder.begin_run();
+    double error = std::sqrt(P0) * normal(random), P = P0;
+    for (std::int64_t k = 1; k <= 20; ++k) {
+      error += std::sqrt(Q) * normal(random);
+      P += Q;
+      Step step{
+          .step = k, .states = {0}, .error = Vector::Constant(1, error), .P = Matrix::Constant(1, 1, P)};
+      step.innovations = {
+          k > 4 ? Innovation{.nu = Vector::Constant(1, normal(random)), .S = Matrix::Identity(1, 1)}
+                : Innovation{}};
+      recorder.add(step);
+    }
+  }
+  const Evidence evidence = recorder.take();
+  return findings_of(evidence, judge(evidence)).kept_before_innovations;
+}
+
+// Squares of an error that Q alone makes are correlated by 1/4 from the first step to the fourth, and their
+// logarithms by less; but for five standard errors of 60 runs.
+TEST(CauseFindings, WhatP0MadeIsKeptUntilTheFirstInnovation) {
+  EXPECT_GT(kept_of(1.0, 1e-6), 0.99);
+  EXPECT_LT(kept_of(0.0, 1.0), 0.85);
 }
 
 /// One run of 3,000 rows of a random walk in two axes, Q = 0.01, whose R are 1 and 9, and the other way round

@@ -15,10 +15,13 @@
 namespace credence::internal {
 namespace {
 
-std::vector<double> residual_nees_of(const Matrix& z) {
-  const std::vector<std::vector<double>> of_runs = residual_nees({&z, 1});
+std::vector<double> residual_nees_of(const Matrix& z, const Vector& log_variances) {
+  const std::vector<std::vector<double>> of_runs = residual_nees({&z, 1}, {&log_variances, 1});
   return of_runs.empty() ? std::vector<double>() : of_runs.front();
 }
+
+/// Of a σ that stays.
+std::vector<double> residual_nees_of(const Matrix& z) { return residual_nees_of(z, Vector::Zero(z.cols())); }
 
 /// z_k = φ_k z_{k−1} + √(1 − φ_k²) w_k, of variance 1 where w is.
 Matrix errors_with_memory(Index n, Index rows, const std::function<double(Index)>& phi,
@@ -119,7 +122,7 @@ TEST(ErrorResiduals, OfAMemoryThatComesAndGoesAreNone) {
   std::vector<Matrix> runs;
   for (int run = 0; run < 5; ++run)
     runs.push_back(errors_with_memory(2, 200, at_random, gaussian_noise(random)));
-  EXPECT_TRUE(residual_nees(runs).empty());
+  EXPECT_TRUE(residual_nees(runs, std::vector<Vector>(5, Vector::Zero(200))).empty());
   EXPECT_TRUE(residual_nees_of(errors_with_memory(2, 500, phi, gaussian_noise(random))).empty());
 }
 
@@ -151,6 +154,24 @@ TEST(ErrorResiduals, OfASizeThatGoesUpAndDownAreNone) {
   for (Index k = 0; k < z.cols(); ++k)
     z.col(k) *= 1.0 + 0.6 * std::sin(0.02 * std::numbers::pi * static_cast<double>(k));
   EXPECT_TRUE(residual_nees_of(z).empty());
+}
+
+// What is new in an error is a tenth of it here: changes of σ² by 1 % do not show in it, by 3 % they do.
+// Those at the start are of its own.
+TEST(ErrorResiduals, OfASigmaThatChangesAreNone) {
+  std::mt19937_64 random(39);
+  const Matrix z = errors_with_memory(
+      2, 500, [](Index) { return std::sqrt(0.9); }, gaussian_noise(random));
+  const auto of_changes = [&](Index from, double change) {
+    const Vector changing =
+        Vector::NullaryExpr(z.cols(), [&](Index k) { return k > from && k % 2 == 0 ? change : 0.0; });
+    return residual_nees_of(z, changing);
+  };
+  EXPECT_EQ(of_changes(0, 0.01).size(), 499U);
+  EXPECT_TRUE(of_changes(0, 0.03).empty());
+  const Vector learning =
+      Vector::NullaryExpr(z.cols(), [](Index k) { return 10.0 * std::exp(-0.2 * static_cast<double>(k)); });
+  EXPECT_EQ(residual_nees_of(z, learning).size(), 499U);
 }
 
 TEST(ErrorResiduals, AreNoneOfFewRowsOrOfWhatDoesNotVary) {

@@ -15,7 +15,8 @@ namespace {
 /// A target of nearly constant velocity on a line and its Kalman filter, which is exact but for what is
 /// asked.
 struct Target {
-  int delay = 0;        ///< steps
+  int delay = 0;        ///< steps, of the measurements
+  int behind = 0;       ///< steps, of the truth that the errors are taken against
   double bias = 0.0;    ///< of the measurements
   double speed = 0.0;   ///< at the start, beside its law
   double spread = 1.0;  ///< standard deviation of the speed at the start
@@ -32,6 +33,7 @@ struct Target {
     Vector x = mean + initial.cwiseProduct(noise()), estimate = mean;
     Matrix P = initial.cwiseAbs2().asDiagonal();
     std::deque<double> line;
+    std::deque<Vector> truths;
     RunLateness sums;
     CorrelationWhitening whitening;
     Vector u, b;
@@ -40,6 +42,8 @@ struct Target {
       const Vector last = estimate;
       estimate = F * estimate;
       P = F * P * F.transpose() + Q_scale * q * unit;
+      truths.push_back(x);
+      if (std::ssize(truths) > behind + 1) truths.pop_front();
       line.push_back(x[0] + bias + std::sqrt(r) * normal(generator));
       if (std::ssize(line) > delay) {
         const double S = P(0, 0) + r;
@@ -48,9 +52,9 @@ struct Target {
         P = (P - S * K * K.transpose()).eval();
         line.pop_front();
       }
-      if (k == 0) continue;
+      if (k == 0 || k < behind) continue;
       EXPECT_TRUE(whitening.compute(P));
-      whitening.whiten(estimate - x, u);
+      whitening.whiten(estimate - truths.front(), u);
       whitening.whiten(estimate - last, b);
       sums.add(u, b);
     }
@@ -69,12 +73,14 @@ TEST(Lateness, AnExactFilterIsCalledLateAsOftenAsTheLevelSays) {
   constexpr int kStudies = 1500;
   for (const int runs : {10, 30}) {
     std::mt19937_64 generator(static_cast<unsigned>(runs));
-    int below_20 = 0, below_5 = 0;
+    int below_20 = 0, below_5 = 0, ahead_below_5 = 0;
     for (int i = 0; i < kStudies; ++i) {
       const LatenessTest test = Target{.steps = 20}.study(runs, generator);
       ASSERT_TRUE(test.reason.empty()) << test.reason;
+      EXPECT_NEAR(test.p_value + test.ahead_p_value, 1.0, 1e-12);
       below_20 += test.p_value <= 0.2 ? 1 : 0;
       below_5 += test.p_value <= 0.05 ? 1 : 0;
+      ahead_below_5 += test.ahead_p_value <= 0.05 ? 1 : 0;
     }
     const auto near = [&](int count, double level) {
       const double off = 5.0 * std::sqrt(level * (1.0 - level) / kStudies);
@@ -82,6 +88,7 @@ TEST(Lateness, AnExactFilterIsCalledLateAsOftenAsTheLevelSays) {
     };
     near(below_20, 0.2);
     near(below_5, 0.05);
+    near(ahead_below_5, 0.05);
   }
 }
 
@@ -92,6 +99,17 @@ TEST(Lateness, SaysHowManySteps) {
     EXPECT_LT(test.p_value, 1e-4) << delay;
     EXPECT_NEAR(test.steps, delay, 0.15 * delay);
     EXPECT_GT(test.explained, 0.85) << delay;
+  }
+}
+
+TEST(Lateness, SaysHowFarTheTruthIsBehind) {
+  std::mt19937_64 generator(8);
+  for (const int behind : {1, 2, 4}) {
+    const LatenessTest test = Target{.behind = behind}.study(60, generator);
+    EXPECT_LT(test.ahead_p_value, 1e-4) << behind;
+    EXPECT_NEAR(test.steps, -behind, 0.15 * behind);
+    EXPECT_GT(test.explained, 0.85) << behind;
+    EXPECT_TRUE(std::isnan(Target{.behind = behind}.study(9, generator).ahead_p_value));
   }
 }
 

@@ -365,6 +365,12 @@ TEST(MarkdownSummary, ABarInANameDoesNotEndItsCell) {
   EXPECT_THAT(text, HasSubstr("\n- half of it was cut off\n"));
 }
 
+TEST(MarkdownSummary, NoNameIsALinkOrHides) {
+  CheckedLogs logs = checked(factors_of({}));
+  logs.remarks = {"[log](http://a.b) `x` *y*\u202E"};
+  EXPECT_THAT(markdown_summary(logs), HasSubstr("\n- \\[log\\](http:&#47;/a.b) \\`x\\` \\*y\\*\n"));
+}
+
 TEST(MarkdownSummary, NoNameIsHtml) {
   CheckedLogs logs = checked(factors_of({}));
   logs.name = "a & <img src=x onerror=alert(1)>";
