@@ -23,9 +23,11 @@ inline std::int64_t count_unwrapped(const Vector& nu, const std::vector<bool>& a
   return count;
 }
 
-/// "3 innovations of an angle lie beyond half a turn; once wrapped, none can": of those that were counted.
+/// "3 innovations of an angle lie beyond half a turn, π rad; once wrapped, and in rad, none can": of those
+/// that were counted.
 inline std::string unwrapped_text(std::int64_t count) {
-  return std::to_string(count) + " innovations of an angle lie beyond half a turn; once wrapped, none can";
+  return std::to_string(count) +
+         " innovations of an angle lie beyond half a turn, π rad; once wrapped, and in rad, none can";
 }
 
 }  // namespace credence::internal

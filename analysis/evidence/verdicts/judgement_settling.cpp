@@ -71,17 +71,16 @@ SettlingRuns settle_stretches(const ConsistencyVerdict& v, const MeanInterval& d
   return result;
 }
 
-/// Of the averages that are compared, of whole runs or of their stretches. What they are worth varies from
-/// study to study: it is the less of what their correlation in time and what their scatter tell.
-VerdictDesign design_of_units(const ConsistencyVerdict& v, const SkewedMoments& averages, double runs,
-                              double effective_steps) {
-  constexpr int kStudies = 400;  // a standard error of 1.5 points at a power of 0.9
-  const double per_run = static_cast<double>(averages.count) / runs;
-  VerdictDesign design = design_of(v, runs, false, effective_steps);
-  design.steps = std::max(1.0, design.steps / per_run);
-  const double by_scatter = 2.0 * averages.mean * averages.mean / (design.dof_per_step * averages.variance());
-  design.effective_steps =
-      std::clamp(std::min(design.effective_steps / per_run, by_scatter), 1.0, design.steps);
+/// Of the averages that are compared, of whole runs or of their stretches: they are worth what their scatter
+/// tells, which of few is uncertain itself.
+VerdictDesign design_of_units(const ConsistencyVerdict& v, const SkewedMoments& averages, double runs) {
+  constexpr int kStudies = 200;  // a standard error of 2 points at a power of 0.9
+  constexpr double kLeastSteps = 0.01;
+  const auto units = static_cast<double>(averages.count);
+  VerdictDesign design = design_of(v, runs, false, 1.0);
+  design.steps = std::max(1.0, design.steps * runs / units);
+  const double variance = averages.variance() * (1.0 + 4.0 / units) / (averages.mean * averages.mean);
+  design.effective_steps = std::clamp(2.0 / (design.dof_per_step * variance), kLeastSteps, design.steps);
   return simulated(design, kStudies);
 }
 
@@ -129,8 +128,7 @@ SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_st
 
 SettlingRuns settle_few(const Evidence& e, const StudyStatistics& s, const SkewedMoments& stretches,
                         const Judgement& j) {
-  const double effective = effective_steps_within(e.whole_runs.nees);
-  SettlingRuns result = settle(j.nees, false, effective);
+  SettlingRuns result = settle(j.nees, false, effective_steps_within(e.whole_runs.nees));
   const bool of_stretches = stretches.count > 0;
   // Of fewer runs a P that is too large is tested by a bound that needs more of them (run_mean.h).
   if (!of_stretches && result.observed_factor < 1.0 && result.runs > 0)
@@ -138,11 +136,12 @@ SettlingRuns settle_few(const Evidence& e, const StudyStatistics& s, const Skewe
   const SkewedMoments& averages = of_stretches ? stretches : s.nees_of_runs.moments;
   if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
   const auto runs = static_cast<double>(s.nees_of_runs.moments.count);
-  const auto units = static_cast<double>(averages.count);
-  result.detectable =
-      detectable_factors(design_of_units(j.nees, averages, runs, effective), units, kSettlingPower);
-  if (of_stretches && result.runs > 0)
-    result.runs = runs_that_show(std::log(result.observed_factor), result.detectable, runs);
+  result.detectable = detectable_factors(design_of_units(j.nees, averages, runs),
+                                         static_cast<double>(averages.count), kSettlingPower);
+  if (result.runs > 0) {
+    const double seen = std::log(result.observed_factor);
+    result.runs = std::min(result.runs, runs_that_show(seen, result.detectable, runs));
+  }
   return result;
 }
 

@@ -556,6 +556,51 @@ TEST(LawJudgement, NeesOverTimeIsTestedOfFewRuns) {
   }
 }
 
+/// The exact filter of a random walk, measured at each step, and now and then by a sensor that is a hundred
+/// times as good; noise of variance one.
+Evidence with_fine_fixes(int runs, std::uint64_t seed, const std::function<double()>& noise) {
+  EvidenceRecorder recorder(RunLayout{.states = {"x"}, .angles = {false}});
+  std::mt19937_64 random(seed);
+  std::bernoulli_distribution fix(0.1);
+  Step step{.states = {0}};
+  for (int run = 0; run < runs; ++run) {
+    recorder.begin_run();
+    double error = noise(), P = 1.0;
+    const auto measure = [&](double r) {
+      const double gain = P / (P + r);
+      error += gain * (std::sqrt(r) * noise() - error);
+      P *= 1.0 - gain;
+    };
+    for (step.step = 1; step.step <= 300; ++step.step) {
+      error += std::sqrt(0.1) * noise();
+      P += 0.1;
+      measure(1.0);
+      if (fix(random)) measure(0.01);
+      step.error = Vector::Constant(1, error);
+      step.P = Matrix::Constant(1, 1, P);
+      recorder.add(step);
+    }
+  }
+  return recorder.take();
+}
+
+// What is new in an error is then of many sizes, whatever its law: rejected at 5 % no more often than that,
+// but for five standard errors of 100 studies.
+TEST(LawJudgement, TailsOfFewRunsWithAFineFixNowAndThenAreThoseOfTheLaw) {
+  int tested = 0, rejected = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const double p_value = judge(with_fine_fixes(3, seed, gaussian(seed))).law.gaussianity.nees_tail_p_value;
+    tested += std::isfinite(p_value);  // of errors that seem to stay there is no piece that is independent
+    rejected += p_value <= 0.05;
+  }
+  EXPECT_GE(tested, 80);
+  EXPECT_LE(rejected, 5 + 5 * std::sqrt(0.05 * 0.95 * 100.0));
+  int found = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed)
+    found += judge(with_fine_fixes(3, seed, heavy(seed))).law.gaussianity.nees_tail_p_value <= 0.05;
+  EXPECT_GE(found, 25);  // five standard errors below half of them
+}
+
 // 20,000 rows are 20 stretches whose mean is known to 1 %: within 10 % where P is right, and not where it is
 // 1.1 times too small.
 TEST(LawJudgement, OneLongRunProvesWhatItsStretchesTell) {
