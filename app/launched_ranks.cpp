@@ -3,8 +3,10 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -27,7 +29,18 @@ int launched_count() {
   return tasks != nullptr && std::getenv("PMIX_RANK") != nullptr ? std::atoi(tasks) : 1;
 }
 
+/// While it lives this process ends with the one that started it: ranks that are to find each other wait for
+/// a launcher that was killed for ever.
+class EndsWithLauncher {
+ public:
+  EndsWithLauncher() { prctl(PR_SET_PDEATHSIG, SIGKILL); }
+  ~EndsWithLauncher() { prctl(PR_SET_PDEATHSIG, 0); }
+  EndsWithLauncher(const EndsWithLauncher&) = delete;
+  EndsWithLauncher& operator=(const EndsWithLauncher&) = delete;
+};
+
 Ranks* open_ranks() {
+  const EndsWithLauncher meanwhile;
   const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
   constexpr const char* kModule = "libcredence_mpi.so";
   std::string why;
