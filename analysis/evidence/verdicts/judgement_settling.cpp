@@ -134,7 +134,8 @@ SettlingRuns settle_few(const Evidence& e, const StudyStatistics& s, const Skewe
   if (!of_stretches && result.observed_factor < 1.0 && result.runs > 0)
     result.runs = std::max(result.runs, StretchSums::kMostRuns + 1);
   const SkewedMoments& averages = of_stretches ? stretches : s.nees_of_runs.moments;
-  if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
+  if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared || !(averages.mean > 0.0))
+    return result;
   const auto runs = static_cast<double>(s.nees_of_runs.moments.count);
   result.detectable = detectable_factors(design_of_units(j.nees, averages, runs),
                                          static_cast<double>(averages.count), kSettlingPower);

@@ -556,28 +556,30 @@ TEST(LawJudgement, NeesOverTimeIsTestedOfFewRuns) {
   }
 }
 
-/// The exact filter of a random walk, measured at each step, and now and then by a sensor that is a hundred
-/// times as good; noise of variance one.
+/// The exact filter of a target of nearly constant velocity whose position is measured at each step, and now
+/// and then by a sensor that is a hundred times as good; noise of variance one.
 Evidence with_fine_fixes(int runs, std::uint64_t seed, const std::function<double()>& noise) {
-  EvidenceRecorder recorder(RunLayout{.states = {"x"}, .angles = {false}});
+  EvidenceRecorder recorder(RunLayout{.states = {"p", "v"}, .angles = {false, false}});
   std::mt19937_64 random(seed);
   std::bernoulli_distribution fix(0.1);
-  Step step{.states = {0}};
+  const Matrix F{{1.0, 1.0}, {0.0, 1.0}}, Q{{0.1 / 3.0, 0.05}, {0.05, 0.1}};
+  const Matrix root = Eigen::LLT<Matrix>(Q).matrixL();
+  Step step{.states = {0, 1}};
   for (int run = 0; run < runs; ++run) {
     recorder.begin_run();
-    double error = noise(), P = 1.0;
+    step.error = Vector{{2.0 * noise(), noise()}};
+    step.P = Vector{{4.0, 1.0}}.asDiagonal();
     const auto measure = [&](double r) {
-      const double gain = P / (P + r);
-      error += gain * (std::sqrt(r) * noise() - error);
-      P *= 1.0 - gain;
+      const Vector gain = step.P.col(0) / (step.P(0, 0) + r);
+      step.error += gain * (std::sqrt(r) * noise() - step.error[0]);
+      step.P -= (gain * step.P.row(0)).eval();
+      step.P = (0.5 * (step.P + step.P.transpose())).eval();
     };
     for (step.step = 1; step.step <= 300; ++step.step) {
-      error += std::sqrt(0.1) * noise();
-      P += 0.1;
+      step.error = (F * step.error + root * Vector{{noise(), noise()}}).eval();
+      step.P = (F * step.P * F.transpose() + Q).eval();
       measure(1.0);
       if (fix(random)) measure(0.01);
-      step.error = Vector::Constant(1, error);
-      step.P = Matrix::Constant(1, 1, P);
       recorder.add(step);
     }
   }
