@@ -153,7 +153,8 @@ def _minus(plan: Plan, estimate: Any, truth: Any, angles: np.ndarray) -> np.ndar
         try:
             return np.asarray(plan.world.minus(_own(estimate), _own(truth)), dtype=np.float64)
         except Exception as error:  # of the user's code; of an estimate that is not finite the filter's own
-            if _are_finite(estimate):
+            finite = _finite(estimate)
+            if finite is not None and finite.all():
                 raise _WorldRaised("minus", error) from error
             raise
     error = np.asarray(estimate, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
@@ -162,20 +163,18 @@ def _minus(plan: Plan, estimate: Any, truth: Any, angles: np.ndarray) -> np.ndar
     return error
 
 
-def _are_finite(estimate: Any) -> bool:
-    """Whether it is numbers, and all of them are finite."""
+def _finite(estimate: Any) -> "Optional[np.ndarray]":
+    """Which of its numbers are finite; None of a state of another kind, which world.minus alone can read."""
     try:
-        return bool(np.isfinite(np.asarray(estimate, dtype=np.float64)).all())
-    except (TypeError, ValueError):  # a state of another kind
-        return False
+        return np.isfinite(np.asarray(estimate, dtype=np.float64))
+    except (TypeError, ValueError):
+        return None
 
 
 def _is_lost(state: Any, error: np.ndarray, there: np.ndarray, runs: int) -> np.ndarray:
     """(runs,): whether the estimate has numbers that are not finite; NaN of the error alone says there is no truth."""
-    try:
-        lost = ~np.isfinite(np.asarray(state, dtype=np.float64)) & there
-    except (TypeError, ValueError):  # a state of another kind, which world.minus alone can read
-        lost = np.isnan(error) & there
+    finite = _finite(state)
+    lost = (np.isnan(error) if finite is None else ~finite) & there
     return lost.reshape(runs, -1).any(axis=-1) if lost.shape[:1] == (runs,) else np.full(runs, lost.any())
 
 

@@ -27,7 +27,7 @@ class AtomicFile {
   void write(std::string_view bytes);
   /// Flushes to the disk and replaces the target.
   void commit();
-  /// The same where there is no target, or on a file system without hard links.
+  /// The same, but OutputError where the target came meanwhile; without hard links that is not known.
   void commit_new();
 
  private:

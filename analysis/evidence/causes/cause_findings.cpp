@@ -14,6 +14,7 @@
 #include "analysis/evidence/verdicts/series_verdicts.h"
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/correlation/opposed_moments.h"
+#include "analysis/laws/correlation/sample_correlation.h"
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/laws/mean/student.h"
 #include "analysis/laws/shape/second_moments.h"
@@ -201,33 +202,19 @@ Moments nees_before_innovations(const Evidence& e) {
   return (*std::prev(first))[Quantity::nees];
 }
 
-/// The correlation of the logarithms.
-double log_correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  Moments of_a, of_b;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    of_a.add(std::log(a[i]));
-    of_b.add(std::log(b[i]));
-  }
-  double product = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    product += (std::log(a[i]) - of_a.mean) * (std::log(b[i]) - of_b.mean);
-  return product / std::sqrt(of_a.m2 * of_b.m2);
-}
-
 void add_growth(const Evidence& e, Findings& f) {
   const auto& steps = e.study.steps;
   if (e.step_stride > 1) return;
   const auto speaks_at = [](const StepStatistics& step) { return step[Quantity::nis].count > 0; };
   const auto before = static_cast<std::size_t>(std::ranges::find_if(steps, speaks_at) - steps.begin());
-  std::vector<double> first, last;  // before any innovation, of each run
+  VectorMoments ends;  // ln NEES of each run at the first and the last step before any innovation
   for (const std::vector<double>& nees : e.whole_runs.nees) {
     if (nees.size() != steps.size()) continue;
     double without = 0.0, with = 0.0, mean = 0.0;
     for (std::size_t k = 0; k < before; ++k) mean += nees[k] / static_cast<double>(before);
     if (f.nees_before_innovations.count > 0) {
       f.nees_of_runs_before_innovations.add(mean);
-      first.push_back(nees.front());
-      last.push_back(nees[before - 1]);
+      ends.add(Vector{{std::log(nees.front()), std::log(nees[before - 1])}});
     }
     for (std::size_t k = 1; k < nees.size(); ++k) {
       (speaks_at(steps[k]) ? with : without) += nees[k] - nees[k - 1];
@@ -238,8 +225,9 @@ void add_growth(const Evidence& e, Findings& f) {
     f.growth_without_innovations.add(without);
     f.growth_with_innovations.add(with);
   }
-  constexpr std::size_t kFewestRuns = 10;
-  if (before > 1 && first.size() >= kFewestRuns) f.kept_before_innovations = log_correlation(first, last);
+  constexpr std::int64_t kFewestRuns = 10;
+  if (before < 2 || ends.count < kFewestRuns) return;
+  if (const auto correlation = sample_correlation(ends)) f.kept_before_innovations = (*correlation)(0, 1);
 }
 
 /// The group of each state: those of a group are correlated with each other, if only through others, by what

@@ -48,13 +48,18 @@ TEST(CauseFindings, WhatASensorTellsIsNotTakenBackByOneThatComesLater) {
   EXPECT_EQ(first.rejection.has_value(), last.rejection.has_value());
 }
 
-/// Twenty runs of 40 rows, in every second of which P hardly falls and NIS is far too large; spread: of P
-/// over the runs.
-std::optional<GateRejection> rejection_of(double spread) {
+/// One state and a sensor of one component.
+RunLayout layout_of_one() {
   RunLayout layout{.states = {"x"}, .angles = {false}, .units = {""}};
   layout.sensors = {Sensor{.name = "z", .dim = 1, .piece = 1}};
   layout.has_truth = true;
-  EvidenceRecorder recorder(layout);
+  return layout;
+}
+
+/// Twenty runs of 40 rows, in every second of which P hardly falls and NIS is far too large; spread: of P
+/// over the runs.
+std::optional<GateRejection> rejection_of(double spread) {
+  EvidenceRecorder recorder(layout_of_one());
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
   for (int run = 0; run < 20; ++run) {
@@ -82,10 +87,7 @@ TEST(CauseFindings, WhereAllRunsHaveOneCovarianceNothingIsRejected) {
 
 /// 60 runs of 20 rows of a random walk, in the first four of which nothing is measured.
 double kept_of(double P0, double Q) {
-  RunLayout layout{.states = {"x"}, .angles = {false}, .units = {""}};
-  layout.sensors = {Sensor{.name = "z", .dim = 1, .piece = 1}};
-  layout.has_truth = true;
-  EvidenceRecorder recorder(layout);
+  EvidenceRecorder recorder(layout_of_one());
   std::mt19937_64 random(13);
   std::normal_distribution<double> normal;
   for (int run = 0; run < 60; ++run) {
