@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -44,9 +43,8 @@ std::vector<NisPart> parts_of(const SensorRecord& record) {
 
 /// Two-sided, of the ratio of two independent means of χ².
 double ratio_p_value(double ratio, double dof, double other_dof) {
-  const boost::math::fisher_f law(dof, other_dof);
-  const double above = boost::math::cdf(boost::math::complement(law, ratio));
-  return std::min(1.0, 2.0 * std::min(above, boost::math::cdf(law, ratio)));
+  return std::min(1.0,
+                  2.0 * std::min(f_survival(ratio, dof, other_dof), f_survival(1.0 / ratio, other_dof, dof)));
 }
 
 LeftOut leave_out(const SensorRecord& record, double dof, bool white, double confidence) {

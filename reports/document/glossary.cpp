@@ -176,6 +176,10 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "Its errors point back along the way. Use the time at which it was measured, and move the estimate "
      "there. Of a truth that is behind the errors point ahead: compare estimates with the truth of their own "
      "times."},
+    {"at one step", "what happens at one step|one step alone|jump",
+     "errors that are right until a step, wrong there, and fade",
+     "No initial covariance makes them, nor a noise of every step. Look at that step: a truth that jumps, a "
+     "wrong measurement, or one so near that its linearisation does not hold over P."},
     {"error of the truth", "", "a fault of what estimates are compared with, and not of the filter",
      "Its noise is new in every row, where the errors of a filter fade. A reference of several centimetres "
      "makes a filter of as many look optimistic: add its covariance to P, or use a better one."},

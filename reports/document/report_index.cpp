@@ -60,15 +60,33 @@ std::string said(std::string_view head, std::string_view name) {
 
 bool is_of_credence(std::string_view head) { return said(head, "generator").starts_with("Credence"); }
 
+/// All of it; empty where it is of others.
+std::string text_of_page(const fs::path& page) {
+  if (!is_of_credence(head_of(page))) return {};
+  std::ifstream in(page, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+constexpr std::string_view kLink = "href=\"";
+
 }  // namespace
 
 bool is_report_page(const fs::path& page) { return is_of_credence(head_of(page)); }
 
 bool leads_to(const fs::path& page, std::string_view file) {
-  if (!is_report_page(page)) return false;
-  std::ifstream in(page, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  return text.find(fmt::format("href=\"{}\"", escape_html(file))) != std::string::npos;
+  return text_of_page(page).find(fmt::format("{}{}\"", kLink, escape_html(file))) != std::string::npos;
+}
+
+std::vector<std::string> files_of_page(const fs::path& page) {
+  std::vector<std::string> files;
+  const std::string text = text_of_page(page);
+  for (std::size_t at = text.find(kLink); at != std::string::npos; at = text.find(kLink, at + 1)) {
+    const std::string name = between(std::string_view(text).substr(at), kLink, "\"");
+    if (name.empty() || name.find_first_of("/:#") != std::string::npos) continue;
+    if (fs::is_regular_file(page.parent_path() / name) && std::ranges::find(files, name) == files.end())
+      files.push_back(name);
+  }
+  return files;
 }
 
 std::vector<IndexedReport> find_reports(const fs::path& folder) {

@@ -29,6 +29,9 @@ bool is_report_page(const std::filesystem::path& page);
 /// Whether it is, and leads to a file beside it.
 bool leads_to(const std::filesystem::path& page, std::string_view file);
 
+/// The files beside a page of Credence that it leads to and that are there, in its order, each once.
+std::vector<std::string> files_of_page(const std::filesystem::path& page);
+
 /// The command that made a page, as the page says; empty where there is none, or it is of others.
 std::string command_of_page(const std::filesystem::path& page);
 

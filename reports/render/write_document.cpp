@@ -77,6 +77,19 @@ void require_own_files(const Document& document, const ReportFolder& directory) 
   }
 }
 
+/// With links to what earlier reports have left in the folder, so that these stay files of a report: whoever
+/// writes them next may replace them.
+Document with_earlier_files(Document document, const std::filesystem::path& page) {
+  bool any = false;
+  for (const std::string& name : files_of_page(page)) {
+    if (std::ranges::find(document.files, name, &DocumentFile::name) != document.files.end()) continue;
+    if (!any) document.section("Left by earlier reports in this folder");
+    any = true;
+    document.link(name, name);
+  }
+  return document;
+}
+
 }  // namespace
 
 void write_document(const Document& document, const ReportFolder& directory, const Provenance& provenance) {
@@ -85,8 +98,8 @@ void write_document(const Document& document, const ReportFolder& directory, con
   require_own_files(document, directory);
   for (const char* folder : {".", "figures", "figures/panels"}) remove_abandoned(directory / folder);
   const std::vector<Drawing> drawings = draw_figures(document, directory);
-  const std::string page = html_page(document, drawings, provenance, directory);
   const std::filesystem::path target = directory / "index.html";
+  const std::string page = html_page(with_earlier_files(document, target), drawings, provenance, directory);
   // The page last, so that an old one stays where a file cannot be written. But first where it does not lead
   // to all files yet: after a kill, or on a full disk, those that are there would be no files of a report,
   // and never replaced.

@@ -100,11 +100,12 @@ class Log:
 
 
 def simulate(world, runs, steps, rng, Q=1.0, R=1.0, P0=1.0, kept=1.0, late=0, bias=(), outliers=0.0, noise=None,
-             sensors=1, gate=np.inf, rejected=False):
+             sensors=1, gate=np.inf, rejected=False, jump=None):
     """The log of a filter whose Q, R and P0 are the true ones times these and that keeps P times `kept` (0 where it
     drops it). What it measures is `late` by steps, with a `bias` of the first components and a share of `outliers`, 12
     times as large, of a law noise(shape). `sensors` copies of it are taken one after the other, whose innovations are
-    all written against the prior; those with NIS beyond `gate` are not used, and written if `rejected`."""
+    all written against the prior; those with NIS beyond `gate` are not used, and written if `rejected`. The noise of the
+motion at step `jump` is 20 times as large."""
     n, m = len(world.mean), len(world.R)
     draw = noise or rng.standard_normal
     truth = world.mean + rng.standard_normal((runs, n)) @ root(world.P0).T
@@ -112,7 +113,7 @@ def simulate(world, runs, steps, rng, Q=1.0, R=1.0, P0=1.0, kept=1.0, late=0, bi
     root_Q, root_R, used = root(world.Q).T, root(world.R).T, np.ones(runs, bool)
     seen, rows = [], []
     for k in range(steps):
-        v = rng.standard_normal((runs, len(world.Q))) @ root_Q
+        v = rng.standard_normal((runs, len(world.Q))) @ root_Q * (20.0 if k + 1 == jump else 1.0)
         truth = turned(world.angles, world.f(truth, k) + np.einsum("rij,rj->ri", world.G(truth), v))
         seen.append(world.h(truth))
         F, G = world.F(x, k), world.G(x)

@@ -173,6 +173,8 @@ FAULTS = {  # the fault, and how a cause begins that is right
     "measurements 3 steps late": ({"late": 3}, "measurements that arrive late"),
     "a bias of 0.7 σ": ({"bias": (0.7,)}, "a bias"),
     "1 % of outliers": ({"outliers": 0.01}, "outliers"),
+    "a motion of 20 σ at step 12": ({"jump": 12}, "what happens at one step"),
+    "a motion of 20 σ at step 60": ({"jump": 60}, "what happens at one step"),
     "headings in degrees": ({"degrees": True}, ""),
 }
 NOISE, SCALE = "process or measurement noise", "the scale of the covariance"

@@ -20,6 +20,7 @@ constexpr CauseRule kRules[] = {
     {find_runs_that_are_lost, true},
     {find_shared_noise, true},
     {find_wide_angle, false},
+    {find_wrong_step, true},
     {find_outliers, false},
     {find_heavy_tails, true},
     {find_gate, false},
@@ -39,6 +40,7 @@ constexpr CauseRule kRules[] = {
     {find_start_beside_the_rest, true},
     {find_wrong_sensor, true},
     {find_wrong_noise, true},
+    {find_wrong_single_steps, true},
     {find_error_of_truth, true},
     {find_linearisation, true},
     {find_wrong_by_claimed_sigma, true},
@@ -117,6 +119,8 @@ std::string_view to_string(Cause cause) {
     case Cause::late_measurements: return "measurements that arrive late, or a truth that is ahead";
     case Cause::truth_behind: return "a truth that is behind in time, or estimates of a later time";
     case Cause::bias: return "a bias of the sensor or of the model";
+    case Cause::one_step:
+      return "what happens at one step, as a jump, an outlier, or a measurement far from linear";
     case Cause::initial_covariance: return "the initial covariance";
     case Cause::initial_covariance_or_process_noise:
       return "the initial covariance or process noise; the errors before the first innovation cannot tell "
@@ -165,6 +169,7 @@ Verdict side_of(Cause cause) {
     case Cause::late_measurements:
     case Cause::truth_behind:
     case Cause::bias:
+    case Cause::one_step:
     case Cause::nonlinear_start:
     case Cause::process_noise_too_small:
     case Cause::measurement_noise_too_small:

@@ -21,6 +21,7 @@ enum class Cause {
   late_measurements,       ///< the estimate lags behind the truth by a time
   truth_behind,            ///< the truth is that of an earlier time
   bias,                    ///< the innovations have a mean, or the errors
+  one_step,                ///< all is right until one step, is wrong there, and fades
   initial_covariance,      ///< only the first steps are inconsistent
   initial_covariance_or_process_noise,    ///< errors before the first innovation are, and cannot tell which
   initial_covariance_or_nonlinear_start,  ///< one of them; the innovations cannot tell which

@@ -54,8 +54,15 @@ std::optional<Findings::WrongComponent> wrong_component_of(const SensorSums& sum
     if (!nearest || distance(all[i].mean) < distance(*nearest)) nearest = all[i].mean;
   }
   if (!nearest) return std::nullopt;
-  return Findings::WrongComponent{component_name(s, s.components.worst), most, *nearest,
-                                  sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
+  Moments factors;
+  for (const ComponentVariance& component : all)
+    if (component.count > 0) factors.add(component.mean);
+  return Findings::WrongComponent{component_name(s, s.components.worst),
+                                  most,
+                                  *nearest,
+                                  sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN,
+                                  s.nis.mean / s.nis.expected,
+                                  factors.mean};
 }
 
 /// Of a component that is larger and one that is smaller, each by its own noise, R turns the innovations of
@@ -179,6 +186,7 @@ Findings::GrossOutliers gross_outliers_of(const Evidence& e) {
     const std::int64_t clean = k < e.clean_nis.size() ? e.clean_nis[k].value.count : 0;
     all += values;
     gross.all += values - clean;
+    gross.at_one_step = std::max(gross.at_one_step, values - clean);
     if (k < steps / 5) {
       early += values;
       gross.early += values - clean;

@@ -65,6 +65,8 @@ struct Findings {
     ComponentVariance factor;
     double others = 0.0;        ///< the factor of the others that is nearest to it
     double noise_share = kNaN;  ///< tr(S⁻¹ R)/m of the sensor
+    double nis = kNaN;          ///< mean NIS over its dof of the sensor
+    double mean_factor = kNaN;  ///< of all its components
   };
   std::optional<WrongComponent> wrong_component = {};  ///< the most wrong one of all sensors
   /// Components of the innovations of a sensor that are larger and smaller than S says, as no noise makes
@@ -120,6 +122,7 @@ struct Findings {
   /// Gross outliers (kGrossOutlier) among the innovations, and where they are in time.
   struct GrossOutliers {
     std::int64_t all = 0, early = 0;  ///< of these in the first fifth of the steps
+    std::int64_t at_one_step = 0;     ///< the most that any step has
     double early_share = 0.0;         ///< of all innovations in that fifth
     CoverageCount late = {};          ///< innovations of the second half: those that are none
     bool rest_fits = false;           ///< the verdict on NIS without them is `consistent`

@@ -27,7 +27,8 @@ Causes find_rejection_beside(const Findings& findings);
 Causes find_runs_that_are_lost(const Findings& findings);
 
 /// Names shared_noise where at the same step the errors of all runs have a mean, another at every step, and
-/// scatter about it by as much less than P claims (mean_at_steps.h): a bias has the spread that P claims.
+/// scatter about it by as much less than P claims (mean_at_steps.h): a bias has the spread that P claims. Not
+/// where mean NIS is wrong beyond the chance of one run, as each of them is right.
 Causes find_shared_noise(const Findings& findings);
 
 // Angles and laws: what no covariance mends, and what is no fault of the covariance (cause_rules_law.cpp).
@@ -68,9 +69,10 @@ Causes find_constant_offset(const Findings& findings);
 Causes find_wrong_dof(const Findings& findings);
 /// Names inflation where the filter is known to inflate P and NEES or NIS is too small: nothing to be tested.
 Causes find_inflation(const Findings& findings);
-/// Where NEES or NIS is inconsistent, and no other rule has named anything. Names covariance_at_steps where
-/// few steps decided and the mean over all is within chance and 15 % of what is expected, else
-/// covariance_scale.
+/// NEES, or else NIS. Names covariance_at_steps where it is inconsistent by few steps, and its mean over all
+/// is within chance and 15 % of what is expected, as no truth, linearisation or scale leaves it.
+Causes find_wrong_single_steps(const Findings& findings);
+/// Where NEES or NIS is inconsistent, and no other rule has named anything. Names covariance_scale.
 Causes find_scale(const Findings& findings);
 
 // Correlations between states and between sensors (cause_rules_correlation.cpp).
@@ -95,6 +97,13 @@ Causes find_joint_inconsistency(const Findings& findings);
 /// what explains most of the excess of NEES, while the innovations are nearly of the right size and white;
 /// and truth_behind where those of ten runs point ahead, likewise.
 Causes find_late_measurements(const Findings& findings);
+/// NEES of several runs is right until a step that is too large, by more than any P0 leaves of itself (the
+/// mean over that of each step before exceeds F of as many dof as runs, Bonferroni over the steps so far), is
+/// nearly the largest there is, and fades without another such rise. Names one_step; by NIS likewise where
+/// NEES is not known or does not rise, after the first fifth, as P0 shows later in it. Not of a linear filter
+/// whose innovations fit and whose next errors do: an error of the truth; nor of outliers that no step has
+/// a quarter of.
+Causes find_wrong_step(const Findings& findings);
 /// Means of innovations and of errors that speak. Names bias where that is part of what is wrong, of a
 /// nonlinear filter most of it; and where the errors at single steps have means (Hotelling over the runs)
 /// that make most of the excess of NEES there, and not in the first fifth alone. Beside it the noise, by the
@@ -143,7 +152,8 @@ Causes find_opposed_components(const Findings& findings);
 /// Innovations of several components whose test speaks, and of which the most wrong one is wrong otherwise
 /// than the others, beyond both intervals and by 1.5 at least (by less it is said beside a noise that is
 /// named); not where the lags tell Q. Names innovation_unit where the factor is that of one; else R, of that
-/// component, where the lags tell it or S is mostly R; else either noise.
+/// component, where the lags tell it, or S is mostly R and NIS is wrong by half as much as the components
+/// are; else either noise.
 Causes find_wrong_component(const Findings& findings);
 /// Two components of an innovation are each as large as S says, and their sum and difference are not (the
 /// test of pairs speaks, that of components does not), by factors 1.1 apart at least. Names

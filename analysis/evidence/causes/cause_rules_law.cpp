@@ -55,7 +55,7 @@ bool stays_for_steps(const Findings& findings) {
 // that is wrong, where the excess of NIS goes with them and the second half has no more than chance makes,
 // are the start.
 bool outliers_are_the_start(const Findings& findings) {
-  const auto& [all, early, early_share, late, rest_fits] = findings.gross_outliers;
+  const auto& [all, early, at_one_step, early_share, late, rest_fits] = findings.gross_outliers;
   const ConsistencyVerdict& nis = findings.nis;
   const double level = cause_level(findings);
   const bool gather =
@@ -117,6 +117,15 @@ std::string text_of(const GateRejection& gate) {
       number_text(100.0 * gate.share, 3));
 }
 
+/// Runs that share all their noise are one, whose innovations are white: whether mean NIS is right within
+/// what one run leaves to chance.
+bool nis_of_one_run_fits(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  if (!(nis.dof > 0.0)) return true;
+  const double runs = static_cast<double>(nis.count) / static_cast<double>(nis.steps_tested);
+  return std::abs(excess_of(nis)) <= cause_quantile(findings, 2.0) * std::sqrt(2.0 * runs / nis.dof);
+}
+
 /// Few steps reject, and the mean over all is that of a right P, or nearly.
 bool is_of_single_steps(const ConsistencyVerdict& verdict, double level) {
   constexpr double kNearly = 0.15;
@@ -151,7 +160,7 @@ Causes find_runs_that_are_lost(const Findings& findings) {
 
 Causes find_shared_noise(const Findings& findings) {
   const MeanAtSteps& at_steps = findings.mean_at_steps;
-  if (!at_steps.shared(cause_level(findings))) return {};
+  if (!at_steps.shared(cause_level(findings)) || !nis_of_one_run_fits(findings)) return {};
   return {{Cause::shared_noise,
            fmt::format("at the same step the errors of all runs have a mean, {} times what P claims in "
                        "square and another at every step ({}), and scatter about it by {} times ({}); "
@@ -320,17 +329,21 @@ Causes find_wrong_by_claimed_sigma(const Findings& findings) {
                                              side(test.optimistic), side(test.pessimistic))}};
 }
 
+Causes find_wrong_single_steps(const Findings& findings) {
+  const bool nees = is_inconsistent(findings.nees.verdict);
+  const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
+  if (!is_inconsistent(verdict.verdict) || !is_of_single_steps(verdict, cause_level(findings))) return {};
+  const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
+  return {{Cause::covariance_at_steps,
+           fmt::format("mean {} {} of {} {}, while {} over all steps is what chance makes",
+                       nees ? "NEES" : "NIS", number_text(worst.mean, 3), number_text(worst.expected, 3),
+                       when_text(verdict, verdict.verdict), number_text(verdict.mean, 3))}};
+}
+
 Causes find_scale(const Findings& findings) {
   const bool nees = is_inconsistent(findings.nees.verdict);
   if (!nees && !is_inconsistent(findings.nis.verdict)) return {};
   const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
-  if (is_of_single_steps(verdict, cause_level(findings))) {
-    const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
-    return {{Cause::covariance_at_steps,
-             fmt::format("mean {} {} of {} {}, while {} over all steps is what chance makes",
-                         nees ? "NEES" : "NIS", number_text(worst.mean, 3), number_text(worst.expected, 3),
-                         when_text(verdict, verdict.verdict), number_text(verdict.mean, 3))}};
-  }
   return {{Cause::covariance_scale,
            fmt::format("mean {} {} of {}{}{}", nees ? "NEES" : "NIS", number_text(verdict.mean, 3),
                        number_text(verdict.expected, 3),

@@ -181,14 +181,17 @@ Causes find_opposed_components(const Findings& findings) {
 Causes find_wrong_component(const Findings& findings) {
   constexpr double kApart = 1.5;
   if (!findings.wrong_component) return {};
-  const auto& [name, factor, others, share] = *findings.wrong_component;
+  const auto& [name, factor, others, share, nis, mean_factor] = *findings.wrong_component;
   if (std::abs(std::log(factor.mean / others)) < std::log(kApart)) return {};
   const bool large = factor.mean > 1.0;
   const std::string unit = unit_text(factor);
   // A wrong Q moves some components more than others, too, and then the lags tell it.
   const int gain = innovation_shape(findings).gain;
   if (gain == (large ? 1 : -1) && unit.empty()) return {};
-  const bool of_R = gain != 0 || share >= kMostlyR;
+  // What R does to the components it does to NIS as well; the state moves components together, which are few
+  // directions of S.
+  const bool nis_shows = std::abs(nis - 1.0) >= kMost * std::abs(mean_factor - 1.0);
+  const bool of_R = gain != 0 || (share >= kMostlyR && nis_shows);
   const Cause cause = !unit.empty() ? Cause::innovation_unit
                       : !of_R       ? Cause::process_or_measurement_noise
                       : large       ? Cause::measurement_noise_too_small

@@ -130,9 +130,9 @@ bool first_innovation_tells_noise(const Findings& findings) {
 // The first innovation is that of P0 alone. Where it fits and those after it do not, the first corrections
 // may have made P too small, as Jacobians at an uncertain start do; or it is of states whose P0 hardly shows
 // in it.
-bool first_innovation_fits(const ConsistencyVerdict& nis) {
-  const auto first = std::ranges::find_if(nis.steps, [](const StepTest& step) { return step.count > 0; });
-  return first != nis.steps.end() && first->mean >= first->simultaneous_lower &&
+bool first_fits(const ConsistencyVerdict& verdict) {
+  const StepTest* first = first_step(verdict);
+  return first != nullptr && first->mean >= first->simultaneous_lower &&
          first->mean <= first->simultaneous_upper;
 }
 
@@ -276,9 +276,9 @@ Causes find_start_that_dies_out(const Findings& findings) {
   const std::string worst = verdict.text_of({.first = entry, .last = entry, .count = 1});
   const bool nees_before_fits = dead_reckoning_of(findings).fits;
   const bool first_error_fits =
-      !by_nis && grows_after_first_step(findings.nees, cause_quantile(findings, 1.0));
-  const bool P0_fits =
-      nees_before_fits || first_error_fits || (by_nis && first_innovation_fits(findings.nis));
+      !by_nis &&
+      (first_fits(findings.nees) || grows_after_first_step(findings.nees, cause_quantile(findings, 1.0)));
+  const bool P0_fits = nees_before_fits || first_error_fits || (by_nis && first_fits(findings.nis));
   if (findings.nonlinear && verdict.verdict == Verdict::optimistic && P0_fits) {
     return with_the_rest(
         findings,

@@ -20,6 +20,7 @@ std::optional<LoneOutliers> find_lone_outliers(std::span<const std::vector<doubl
         found.run = static_cast<std::int64_t>(i);
         found.row = k;
       }
+      found.at_one_step = found.at_one_step && k == found.row;
       beside += (k > 0 && beyond(k - 1)) || (k + 1 < rows && beyond(k + 1)) ? 1 : 0;
       early += kTenth * k < rows ? 1 : 0;
     }

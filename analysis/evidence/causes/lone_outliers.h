@@ -15,6 +15,7 @@ struct LoneOutliers {
   std::int64_t count = 0;         ///< rows beyond kGrossOutlier
   std::int64_t rows = 0;          ///< of all runs
   std::int64_t run = 0, row = 0;  ///< of the first, from 0
+  bool at_one_step = true;        ///< all are that row of their runs
 };
 
 /// Of NEES / dof of the rows of each run, dof the same in all. Nothing where they are more than one in

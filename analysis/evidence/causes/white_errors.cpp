@@ -4,26 +4,43 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "montecarlo/engine/moments.h"
 
 namespace credence::internal {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Of the values up to the largest.
+double mean_of(const std::vector<std::vector<double>>& nees, double largest) {
+  Moments values;
+  for (const std::vector<double>& run : nees) {
+    for (const double value : run)
+      if (std::isfinite(value) && value <= largest) values.add(value);
+  }
+  return values.mean;
+}
+
+}  // namespace
 
 double white_share_of(const std::vector<std::vector<double>>& nees) {
   constexpr std::size_t kLags = 5;  // from 0
   constexpr std::int64_t kFewestPairs = 500;
-  constexpr double kLeastLeft = 0.5, kErrors = 2.0;
+  constexpr double kLeastLeft = 0.5, kErrors = 2.0, kMostOfMean = 10.0;
+  const double most = kMostOfMean * mean_of(nees, kMostOfMean * mean_of(nees, kInfinity));
   Moments all;
   for (const std::vector<double>& run : nees) {
     for (const double value : run)
-      if (std::isfinite(value)) all.add(value);
+      if (std::isfinite(value)) all.add(std::min(value, most));
   }
   std::array<Moments, kLags> products;
   for (const std::vector<double>& run : nees) {
     for (std::size_t k = 0; k < run.size(); ++k) {
       for (std::size_t h = 0; h < kLags && h <= k; ++h) {
-        const double product = (run[k] - all.mean) * (run[k - h] - all.mean);
-        if (std::isfinite(product)) products[h].add(product);
+        if (!std::isfinite(run[k]) || !std::isfinite(run[k - h])) continue;
+        products[h].add((std::min(run[k], most) - all.mean) * (std::min(run[k - h], most) - all.mean));
       }
     }
   }

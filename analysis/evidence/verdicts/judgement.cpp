@@ -278,20 +278,26 @@ void name_outliers(const Evidence& e, const JudgementContext& context, double me
   const std::string run = named ? context.run_names[static_cast<std::size_t>(outliers->run)]
                                 : fmt::format("run {}", outliers->run);
   const bool measured = e.nis_outliers > 0;
+  // What a Jacobian at a wrong estimate makes of P the next measurement may mend.
+  const bool of_step = !measured && e.layout.nonlinear && outliers->at_one_step;
   const CauseFound cause = {
-      measured ? Cause::outliers : Cause::truth,
+      measured  ? Cause::outliers
+      : of_step ? Cause::one_step
+                : Cause::truth,
       fmt::format(
           "{} of {} rows have errors beyond any that P leaves room for, one at a time{} (first: {}, its "
           "row {}); without them mean NEES is {} of {}",
           outliers->count, outliers->rows,
           measured
               ? fmt::format(", and {} innovation{} likewise", e.nis_outliers, e.nis_outliers == 1 ? "" : "s")
-              : ", where those of a filter fade: a glitch of the truth, or of what was logged",
+          : of_step ? ", and all at one step: a measurement far from linear, or a glitch of the truth"
+                    : ", where those of a filter fade: a glitch of the truth, or of what was logged",
           run, outliers->row + 1, number_text(rest.mean, 4), number_text(rest.expected, 4))};
   const auto of_innovations = [](const JoinedVerdict& part) {
     return is_inconsistent(part.verdict) && part.name.starts_with("NIS");
   };
   if (std::ranges::none_of(j.word.joined, of_innovations)) j.causes.clear();
+  std::erase_if(j.causes, [&cause](const CauseFound& other) { return other.cause == cause.cause; });
   j.causes.insert(j.causes.begin(), cause);
   refuse_factor("errors of single rows alone are wrong", j);
 }
@@ -371,6 +377,10 @@ void name_causes(const Evidence& e, const JudgementContext& context, double memo
       refuse_factor("an angle is not wrapped", j);
       j.scale_innovation = j.scale_covariance;
     } else {
+      if (!j.causes.empty() && j.causes.front().cause == Cause::one_step) {
+        refuse_factor("one step alone is wrong", j);
+        j.scale_innovation = j.scale_covariance;
+      }
       name_outliers(e, context, memory, j);
     }
   }

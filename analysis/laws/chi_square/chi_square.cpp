@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
@@ -122,6 +123,15 @@ double chi_square_upper_quantile(double probability, double dof) {
   if (probability == 1.0) return 0.0;
   if (dof > kLargestExactDof) return from_normal_score(quantile(complement(Normal(), probability)), dof);
   return of_chi_square(dof, [&](const auto& law) { return quantile(complement(law, probability)); });
+}
+
+double f_survival(double ratio, double dof, double other_dof) {
+  require_positive("dof", dof);
+  require_positive("other_dof", other_dof);
+  if (std::isnan(ratio)) return ratio;
+  if (ratio <= 0.0) return 1.0;
+  if (std::isinf(ratio)) return 0.0;
+  return cdf(complement(boost::math::fisher_f_distribution<double>(dof, other_dof), ratio));
 }
 
 double two_sided_p_value(double sum, double total_dof) {

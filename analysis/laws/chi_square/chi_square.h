@@ -25,6 +25,9 @@ double chi_square_quantile(double probability, double dof);
 /// The x with P(χ²(dof) > x) = probability: the upper tail without the loss of 1 − probability.
 double chi_square_upper_quantile(double probability, double dof);
 
+/// P(F > ratio), F = (χ²(dof)/dof) / (χ²(other_dof)/other_dof) of two that are independent.
+double f_survival(double ratio, double dof, double other_dof);
+
 /// min(1, 2 min(P(χ² ≤ sum), P(χ² ≥ sum))): two-sided, because a pessimistic filter fails too.
 double two_sided_p_value(double sum, double total_dof);
 

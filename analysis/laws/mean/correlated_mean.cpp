@@ -1,9 +1,9 @@
 #include "analysis/laws/mean/correlated_mean.h"
 
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
+#include "analysis/laws/chi_square/chi_square.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
@@ -55,8 +55,7 @@ ZeroMeanTest test_correlated_mean(const VectorMoments& values, const LagProducts
     return result;
   }
   result.t_square = n * values.mean.dot(factor.solve(values.mean));
-  const boost::math::fisher_f law(m, worth - m + 1.0);
-  result.p_value = cdf(complement(law, result.t_square * (worth - m + 1.0) / (m * worth)));
+  result.p_value = f_survival(result.t_square * (worth - m + 1.0) / (m * worth), m, worth - m + 1.0);
   return result;
 }
 

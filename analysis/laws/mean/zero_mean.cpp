@@ -2,9 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
+#include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/student.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
@@ -73,8 +73,7 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
     return result;
   }
   result.t_square = n * (n - 1.0) * moments.mean.dot(factor.solve(moments.mean));
-  const boost::math::fisher_f law(m, n - m);
-  result.p_value = cdf(complement(law, result.t_square * (n - m) / (m * (n - 1.0))));
+  result.p_value = f_survival(result.t_square * (n - m) / (m * (n - 1.0)), m, n - m);
   return result;
 }
 

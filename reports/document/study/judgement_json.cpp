@@ -51,10 +51,12 @@ Json accuracy_json(const std::vector<BlockAccuracy>& accuracy) {
   });
 }
 
-Json rmse_json(const RmseInterval& rmse) {
+Json rmse_json(const RmseInterval& rmse, std::int64_t runs) {
   const bool known = rmse.count > 0;
   return with_reason(json_interval(known ? rmse.rmse : kNaN, rmse.lower, rmse.upper),
-                     known ? rmse.reason : "not a part of this state");
+                     known      ? rmse.reason
+                     : runs > 0 ? "not a part of this state"
+                                : "no run ended well");
 }
 
 Json blocks_json(const Judgement& judgement) {
@@ -271,9 +273,9 @@ Json judgement_json(const Judgement& b) {
                                   {"floor_db", number_if(has_index, index.noncredibility_floor)},
                                   {"inclination_db", number_if(has_index, index.inclination)}},
                                  index.reason);
-  j["rmse"] = {{"position_m", rmse_json(b.position)},
-               {"heading_rad", rmse_json(b.heading)},
-               {"landmark_m", rmse_json(b.landmark)}};
+  j["rmse"] = {{"position_m", rmse_json(b.position, b.runs)},
+               {"heading_rad", rmse_json(b.heading, b.runs)},
+               {"landmark_m", rmse_json(b.landmark, b.runs)}};
   j["accuracy"] = accuracy_json(b.accuracy);
   add_law(b.law, j);
   j["effective_steps"] = b.effective_steps;

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "reports/document/report_index.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "tests/temporary_folder.h"
@@ -103,6 +104,28 @@ TEST(WriteDocument, WhatWasCutOffCanBeWrittenAgain) {
   EXPECT_EQ(writes, 2);
 }
 
+// A file that a page of another command has left is still one of a report, and one of the user is not.
+TEST(WriteDocument, TwoCommandsUseAFolderInTurn) {
+  const TemporaryFolder folder;
+  const auto write = [&folder](const std::string& title, const std::string& name) {
+    Document document(title);
+    document.link("The numbers", name);
+    document.link("What a number is", "https://example.org/number");
+    document.file(name, [&](const fs::path& target) { write_file(target, title); });
+    write_document(document, folder.path(), {});
+  };
+  write("one", "one.csv");
+  write("two", "two & more.csv");
+  EXPECT_THAT(folder.read("index.html"), HasSubstr("Left by earlier reports in this folder"));
+  EXPECT_EQ(files_of_page(folder / "index.html"), (std::vector<std::string>{"two & more.csv", "one.csv"}));
+  EXPECT_NO_THROW(write("one again", "one.csv"));
+  EXPECT_EQ(folder.read("one.csv"), "one again");
+  EXPECT_EQ(files_of_page(folder / "index.html"), (std::vector<std::string>{"one.csv", "two & more.csv"}));
+  folder.write("mine.csv", "1,2");
+  EXPECT_THROW(write("three", "mine.csv"), OutputError);
+  EXPECT_EQ(folder.read("mine.csv"), "1,2");
+}
+
 TEST(WriteDocument, ThePageIsWhatHtmlPageMakes) {
   const TemporaryFolder folder;
   Document document("Study");
@@ -191,15 +214,16 @@ TEST(WriteDocument, OfAFileThatTheReportThereDoesNotHaveItNamesTheCommand) {
   Document check("Logs"), compare("Results side by side");
   check.link("every step", "a.csv");
   check.file("a.csv", [](const fs::path& target) { write_file(target, "1\n"); });
-  Provenance provenance = make_provenance("credence check a.csv --out X");
-  write_document(check, folder.path(), provenance);
-  provenance.command = "credence compare A B --out X";
+  Provenance provenance = make_provenance("credence compare A B --out X");
   write_document(compare, folder.path(), provenance);
+  folder.write("a.csv", "mine");
+  provenance.command = "credence check a.csv --out X";
   EXPECT_THAT([&] { write_document(check, folder.path(), provenance); },
               testing::ThrowsMessage<OutputError>(
                   (folder / "a.csv").string() +
                   ": is there already and no file of the report in that folder, which is of `credence "
                   "compare A B --out X`, and would be replaced: name another --out, or move the file away"));
+  EXPECT_EQ(folder.read("a.csv"), "mine");
   fs::remove(folder / "a.csv");
   EXPECT_NO_THROW(write_document(check, folder.path(), provenance));
 }

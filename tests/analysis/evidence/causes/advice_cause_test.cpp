@@ -319,13 +319,16 @@ TEST(CauseRules, ComponentsOnBothSidesOfOneAreOfTheirR) {
 
 // A component of its own: R of it, but for lags that tell Q, and the unit that makes such a factor.
 TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
-  const auto with = [](double factor, double lag_1, double share) {
+  const auto with = [](double factor, double lag_1, double share, double nis_beside = kNaN) {
+    const double nis = std::isnan(nis_beside) ? 0.5 * (1.0 + factor) : nis_beside;
     Findings findings = findings_of(1.0, factor > 1.0 ? 2.0 : 0.5);
     findings.wrong_component = Findings::WrongComponent{
         .name = "component 2 of radar",
         .factor = {.mean = factor, .lower = 0.9 * factor, .upper = 1.1 * factor, .count = 4000},
         .others = 1.0,
-        .noise_share = share};
+        .noise_share = share,
+        .nis = nis,
+        .mean_factor = 0.5 * (1.0 + factor)};
     if (lag_1 != 0.0) findings.whiteness = correlated_by(lag_1);
     return find_causes(findings);
   };
@@ -337,6 +340,9 @@ TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
   EXPECT_EQ(first(0.4, 0.2, 0.3), measurement_noise_too_large);
   EXPECT_EQ(first(3.0, 0.0, 0.8), measurement_noise_too_small);
   EXPECT_EQ(first(3.0, 0.0, 0.3), process_or_measurement_noise);
+  // Components that the state moves together are one direction of S, and NIS is hardly wrong.
+  EXPECT_EQ(with(0.4, 0.0, 0.8, 0.87).front().cause, process_or_measurement_noise);
+  EXPECT_EQ(with(0.4, 0.0, 0.8, 0.84).front().cause, measurement_noise_too_large);
   EXPECT_EQ(first(3200.0, 0.0, 0.3), innovation_unit);
   EXPECT_EQ(first(1.0 / 3300.0, 0.0, 0.3), innovation_unit);
   EXPECT_EQ(first(1e6, 0.0, kNaN), innovation_unit);
@@ -413,6 +419,21 @@ TEST(CauseRules, AMeanThatIsGoneAfterTheFirstFifthIsTheStart) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
   findings.mean_at_steps.later_p_value = 0.2;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
+}
+
+// Runs that share their noise are each right, and their innovations those of one run: of 40 white ones mean
+// NIS is 1 ± 0.22, beyond 2.97 times that once in 0.05/17.
+TEST(CauseRules, RunsThatShareTheirNoiseHaveTheInnovationsOfOne) {
+  const auto with_nis = [](double nis) {
+    Findings findings = findings_of(0.7, nis);
+    findings.mean_at_steps = {
+        .p_value = 1e-6, .square = 0.1, .of_one = 0.01, .spread = 0.85, .spread_p_value = 1e-6};
+    return causes_of(findings).front();
+  };
+  EXPECT_EQ(with_nis(0.35), Cause::shared_noise);
+  EXPECT_EQ(with_nis(1.65), Cause::shared_noise);
+  EXPECT_NE(with_nis(0.32), Cause::shared_noise);
+  EXPECT_NE(with_nis(1.68), Cause::shared_noise);
 }
 
 // A mean of the errors at single steps that all runs share, though it turns with the vehicle, is no
@@ -632,6 +653,79 @@ TEST(CauseRules, AFirstInnovationThatFitsLeavesOpenWhatTheStartOfANonlinearFilte
   means[0] = 3.0;
   findings.nis = verdict_of_means(means, true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+// P0 is there from the first step on, and most there: an error that is right until one step comes from what
+// happens at it. Of a nonlinear filter the first three innovations are its start.
+TEST(CauseRules, WhatIsRightUntilOneStepIsWrongByWhatHappensThere) {
+  const auto jump = [](std::size_t at, double size, double after) {
+    std::vector<double> means(40, 1.0);
+    double excess = size - 1.0;
+    for (std::size_t k = at; k < 40; ++k, excess *= after) means[k] += excess;
+    return means;
+  };
+  const auto of_errors = [](const std::vector<double>& means, bool nonlinear) {
+    Findings findings = findings_of(1.0, 1.0);
+    findings.nees = verdict_of_means(means, false);
+    findings.nis = verdict_of_means(std::vector<double>(40, 1.2), true);
+    findings.nonlinear = nonlinear;
+    return causes_of(findings);
+  };
+  for (const std::size_t at : {1U, 3U, 10U, 30U}) {
+    EXPECT_EQ(of_errors(jump(at, 8.0, 0.7), false), CauseList{Cause::one_step}) << at;
+    EXPECT_EQ(of_errors(jump(at, 8.0, 0.7), true) == CauseList{Cause::one_step}, at >= 3) << at;
+  }
+  EXPECT_NE(of_errors(jump(0, 8.0, 0.7), false), CauseList{Cause::one_step}) << "P0";
+  EXPECT_NE(of_errors(jump(10, 8.0, 1.0), false), CauseList{Cause::one_step}) << "it lasts";
+  std::vector<double> twice = jump(10, 8.0, 0.5);
+  twice[20] = 5.0;
+  EXPECT_NE(of_errors(twice, false), CauseList{Cause::one_step}) << "it comes again";
+  std::vector<double> stays(40, 1.0);
+  std::fill_n(stays.begin() + 10, 6, 8.0);
+  EXPECT_NE(of_errors(stays, false), CauseList{Cause::one_step}) << "it ends";
+  std::vector<double> slowly(40, 1.0);
+  std::copy_n(std::vector{2.0, 3.0, 5.0, 8.0, 5.0, 3.0, 2.0}.begin(), 7, slowly.begin() + 10);
+  EXPECT_NE(of_errors(slowly, false), CauseList{Cause::one_step}) << "it grows";
+  std::vector<double> wrong_before = jump(10, 8.0, 0.7);
+  std::fill_n(wrong_before.begin(), 10, 2.0);
+  EXPECT_NE(of_errors(wrong_before, false), CauseList{Cause::one_step});
+
+  // Outliers of all runs at that step, and at any.
+  const auto with_outliers = [&](std::int64_t at_one_step) {
+    Findings findings = findings_of(1.0, 1.2);
+    findings.nees = verdict_of_means(jump(10, 8.0, 0.7), false);
+    findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+    findings.gross_outliers = {.all = 40, .early = 8, .at_one_step = at_one_step, .early_share = 0.2};
+    return causes_of(findings).front();
+  };
+  EXPECT_EQ(with_outliers(10), Cause::one_step);
+  EXPECT_EQ(with_outliers(9), Cause::outliers);
+
+  const auto of_innovations = [&](std::size_t at) {
+    Findings findings = findings_of(1.0, 1.0);
+    findings.nees = {};
+    findings.nis = verdict_of_means(jump(at, 8.0, 0.5), true);
+    return find_causes(findings);
+  };
+  ASSERT_EQ(of_innovations(8)[0].cause, Cause::one_step);
+  EXPECT_EQ(of_innovations(8)[0].why,
+            "mean NIS is 1.00 times its dof until step 9, where it is 8.00 times, and 1.23 times after it");
+  EXPECT_NE(of_innovations(7)[0].cause, Cause::one_step) << "P0 of what the first innovations do not show";
+}
+
+// Of few runs one alone makes a mean as large as this: F of 17 and 17 dof has the upper 0.05/(17 · 9)
+// quantile 5.906, nine steps being before it (scipy.stats.f.isf).
+TEST(CauseRules, AStepOfFewRunsIsWrongByMoreThanWhatOneOfThemMakes) {
+  const auto of_17_runs = [](double size) {
+    std::vector<Moments> steps(40, Moments{.count = 17, .mean = 1.0, .m2 = 1.0});
+    steps[9].mean = size;
+    Findings findings = findings_of(1.0, 1.0);
+    findings.nis = verdict_of_means(std::vector<double>(40, 1.2), true);
+    findings.nees = judge_nees(steps, std::vector<double>(40, 17.0), 0.95);
+    return causes_of(findings);
+  };
+  EXPECT_NE(of_17_runs(5.85), CauseList{Cause::one_step});
+  EXPECT_EQ(of_17_runs(5.95), CauseList{Cause::one_step});
 }
 
 // NIS from the fourth step on, of forty.

@@ -29,6 +29,8 @@ TEST(LoneOutliers, AreCountedAndTheFirstIsNamed) {
   EXPECT_EQ(found->rows, 300);
   EXPECT_EQ(found->run, 1);
   EXPECT_EQ(found->row, 40);
+  EXPECT_FALSE(found->at_one_step);
+  EXPECT_TRUE(found_in({run_with({}), run_with({40}), run_with({40})})->at_one_step);
 }
 
 TEST(LoneOutliers, ErrorsThatFadeAreNone) {

@@ -35,6 +35,15 @@ TEST(WhiteErrors, AreAShareOfTheVarianceOfNees) {
   }
 }
 
+// A row of a few runs that is far off is no noise of every row.
+TEST(WhiteErrors, FewRowsAreNone) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::vector<std::vector<double>> nees = nees_of(0.95, 0.0, seed);
+    for (std::size_t run = 0; run < 3; ++run) nees[run][100] = 1000.0;
+    EXPECT_LT(white_share_of(nees), 0.25) << seed;
+  }
+}
+
 // A filter of a large gain forgets its errors as fast as noise does.
 TEST(WhiteErrors, AreNotToldWhereErrorsFadeFast) {
   EXPECT_EQ(white_share_of(nees_of(0.5, 0.0, 1)), 0.0);

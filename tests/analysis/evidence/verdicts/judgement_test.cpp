@@ -910,6 +910,18 @@ TEST(Judgement, ErrorsOfSingleRowsAreNamed) {
     EXPECT_EQ(j.causes[0].why.find(says), 0U) << j.causes[0].why;
     EXPECT_FALSE(j.scale_covariance.reason.empty());
   }
+  // One step of a filter that is not linear may have thrown it off, and the next brought it back.
+  const auto once = [&](Step& row, int run) {
+    if (row.step == 81) glitch(row, run);
+  };
+  Evidence nonlinear = logs_of(4, 800, 0.8, 1.0, once);
+  nonlinear.layout.nonlinear = true;
+  const Judgement at_one_step = judge(nonlinear);
+  ASSERT_EQ(at_one_step.causes.size(), 1U);
+  EXPECT_EQ(at_one_step.causes[0].cause, Cause::one_step);
+  EXPECT_NE(
+      at_one_step.causes[0].why.find("one at a time, and all at one step: a measurement far from linear"),
+      std::string::npos);
   // Of a wrong association the innovation is one, too.
   const Judgement association = judge(logs_of(20, 100, 0.0, 1.0, [&](Step& row, int run) {
     glitch(row, run);

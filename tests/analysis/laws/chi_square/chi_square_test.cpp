@@ -57,6 +57,19 @@ TEST(ChiSquare, QuantilesAgreeWithIndependentTable) {
   }
 }
 
+// scipy.stats.f.sf; F of 2 and 2 dof is 1/(1 + x), and turned round it is the other tail.
+TEST(ChiSquare, TheRatioOfTwoIsF) {
+  EXPECT_NEAR(f_survival(3.0, 2.0, 2.0), 0.25, 1e-15);
+  EXPECT_NEAR(f_survival(2.5, 5.0, 9.0), 0.10997418756336795, 1e-14);
+  EXPECT_NEAR(f_survival(40.0, 17.0, 17.0), 2.071764997354669e-10, 1e-21);
+  EXPECT_NEAR(f_survival(1.0 / 2.5, 9.0, 5.0), 1.0 - f_survival(2.5, 5.0, 9.0), 1e-14);
+  EXPECT_EQ(f_survival(-1.0, 3.0, 4.0), 1.0);
+  EXPECT_EQ(f_survival(std::numeric_limits<double>::infinity(), 3.0, 4.0), 0.0);
+  EXPECT_TRUE(std::isnan(f_survival(std::nan(""), 3.0, 4.0)));
+  EXPECT_THROW(f_survival(1.0, 0.0, 4.0), std::invalid_argument);
+  EXPECT_THROW(f_survival(1.0, 3.0, -1.0), std::invalid_argument);
+}
+
 TEST(ChiSquare, MatchesPrintedTable) {
   // [Bar-Shalom 2001], table 1.5.4-1.
   EXPECT_NEAR(chi_square_quantile(0.025, 30.0), 16.791, 5e-4);

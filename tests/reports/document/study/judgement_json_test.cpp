@@ -24,7 +24,9 @@ TEST(JudgementJson, WhatIsNotThereIsNullOrEmpty) {
   EXPECT_TRUE(j["responsible_block"].is_null());
   EXPECT_TRUE(j["settle"]["nees"]["runs"].is_null()) << "0 stands for no number of runs";
   EXPECT_TRUE(j["rmse"]["heading_rad"]["value"].is_null());
-  EXPECT_EQ(j["rmse"]["heading_rad"]["reason"], "not a part of this state");
+  EXPECT_EQ(j["rmse"]["heading_rad"]["reason"], "no run ended well");
+  EXPECT_EQ(as_read(judgement_json({.runs = 2}))["rmse"]["heading_rad"]["reason"],
+            "not a part of this state");
   EXPECT_TRUE(j["shape"]["p_value"].is_null());
   for (const char* list :
        {"tests", "blocks", "causes", "lost_runs", "autocorrelation", "accuracy", "sensor_pairs"}) {
