@@ -4,23 +4,23 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <iterator>
 
+#include "core/nan.h"
 #include "montecarlo/engine/moments.h"
 
 namespace credence::internal {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// Of the values up to the largest.
-double mean_of(const std::vector<std::vector<double>>& nees, double largest) {
-  Moments values;
-  for (const std::vector<double>& run : nees) {
-    for (const double value : run)
-      if (std::isfinite(value) && value <= largest) values.add(value);
-  }
-  return values.mean;
+/// The 0.9 quantile of all that are finite.
+double largest_counted(const std::vector<std::vector<double>>& nees) {
+  std::vector<double> values;
+  for (const std::vector<double>& run : nees)
+    std::ranges::copy_if(run, std::back_inserter(values), [](double value) { return std::isfinite(value); });
+  if (values.empty()) return kNaN;
+  const auto at = values.begin() + std::ssize(values) * 9 / 10;
+  std::ranges::nth_element(values, at);
+  return *at;
 }
 
 }  // namespace
@@ -28,8 +28,8 @@ double mean_of(const std::vector<std::vector<double>>& nees, double largest) {
 double white_share_of(const std::vector<std::vector<double>>& nees) {
   constexpr std::size_t kLags = 5;  // from 0
   constexpr std::int64_t kFewestPairs = 500;
-  constexpr double kLeastLeft = 0.5, kErrors = 2.0, kMostOfMean = 10.0;
-  const double most = kMostOfMean * mean_of(nees, kMostOfMean * mean_of(nees, kInfinity));
+  constexpr double kLeastLeft = 0.5, kErrors = 2.0;
+  const double most = largest_counted(nees);
   Moments all;
   for (const std::vector<double>& run : nees) {
     for (const double value : run)
