@@ -30,13 +30,13 @@ StudyShare share_of_true(const std::vector<char>& hits) {
 
 /// The rows of tests that were made of every study; `of` ends their names.
 void add_rows(const std::vector<std::vector<TestResult>>& studies, const char* of, SelftestResult& result) {
-  for (std::size_t test = 0; test < studies.front().size(); ++test) {
-    const TestResult& name_of = studies.front()[test];
-    for (const double level : kLevels) {
-      const auto alarms = std::ranges::count_if(
-          studies, [&](const std::vector<TestResult>& r) { return is_alarm(r[test].p_value, level); });
+  std::vector<std::vector<AlarmCount>> counts;
+  for (const double level : kLevels) counts.push_back(count_alarms(studies, level));
+  for (std::size_t test = 0; test < counts.front().size(); ++test) {
+    for (std::size_t at = 0; at < counts.size(); ++at) {
+      const auto& [result_of, alarms] = counts[at][test];
       result.calibration.push_back(
-          {name_of.name + of, name_of.exactness, level, share_of(alarms, std::ssize(studies))});
+          {result_of->name + of, result_of->exactness, kLevels[at], share_of(alarms, std::ssize(studies))});
     }
   }
 }

@@ -76,12 +76,8 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
                            .expected = wrong.cause,
                            .named_wanted = kNamedWanted};
   if (workers.stopped()) return result;
-  for (std::size_t test = 0; test < all.front().size(); ++test) {
-    const auto found = std::ranges::count_if(all, [&](const std::vector<TestResult>& r) {
-      return is_alarm(r[test].p_value, kSelftestPowerLevel);
-    });
-    result.power.push_back({std::string(all.front()[test].name), share_of(found, studies)});
-  }
+  for (const AlarmCount& count : count_alarms(all, kSelftestPowerLevel))
+    result.power.push_back({count.test->name, share_of(count.alarms, studies)});
   const std::int64_t caught = std::ranges::count_if(words, is_inconsistent);
   result.caught = share_of(caught, studies);
   if (wrong.direction) result.direction_right = share_of(std::ranges::count(words, *wrong.direction), caught);

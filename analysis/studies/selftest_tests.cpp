@@ -7,6 +7,7 @@
 #include "analysis/laws/joint/betting_e_value.h"
 #include "analysis/laws/mean/hall_score.h"
 #include "analysis/laws/scores/rmse_interval.h"
+#include "analysis/studies/selftest_workers.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -59,6 +60,18 @@ JudgedRows judge_rows(const Evidence& evidence, CalibrationRecorder& rows, doubl
   context.claimed_sigma = judged.calibration.claimed_sigma;
   judged.judgement = judge(evidence, context);
   return judged;
+}
+
+std::vector<AlarmCount> count_alarms(const std::vector<std::vector<TestResult>>& studies, double level) {
+  std::vector<AlarmCount> counts;
+  for (const std::vector<TestResult>& study : studies) {
+    for (const TestResult& test : study) {
+      auto of = std::ranges::find_if(counts, [&](const AlarmCount& c) { return c.test->name == test.name; });
+      if (of == counts.end()) of = counts.insert(of, {&test});
+      of->alarms += is_alarm(test.p_value, level) ? 1 : 0;
+    }
+  }
+  return counts;
 }
 
 std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, const Calibration& c) {

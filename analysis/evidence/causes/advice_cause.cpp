@@ -20,8 +20,8 @@ constexpr CauseRule kRules[] = {
     {find_runs_that_are_lost, true},
     {find_shared_noise, true},
     {find_wide_angle, false},
-    {find_wrong_step, true},
     {find_outliers, false},
+    {find_wrong_step, true},
     {find_heavy_tails, true},
     {find_gate, false},
     {find_sequential_sensors, false},
@@ -120,7 +120,8 @@ std::string_view to_string(Cause cause) {
     case Cause::truth_behind: return "a truth that is behind in time, or estimates of a later time";
     case Cause::bias: return "a bias of the sensor or of the model";
     case Cause::one_step:
-      return "what happens at one step, as a jump, an outlier, or a measurement far from linear";
+      return "what happens at one step, as a jump, an outlier, a P set anew, or a measurement far from "
+             "linear";
     case Cause::initial_covariance: return "the initial covariance";
     case Cause::initial_covariance_or_process_noise:
       return "the initial covariance or process noise; the errors before the first innovation cannot tell "

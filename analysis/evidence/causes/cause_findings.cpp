@@ -186,7 +186,7 @@ Findings::GrossOutliers gross_outliers_of(const Evidence& e) {
     const std::int64_t clean = k < e.clean_nis.size() ? e.clean_nis[k].value.count : 0;
     all += values;
     gross.all += values - clean;
-    gross.at_one_step = std::max(gross.at_one_step, values - clean);
+    gross.at_steps.push_back(values - clean);
     if (k < steps / 5) {
       early += values;
       gross.early += values - clean;

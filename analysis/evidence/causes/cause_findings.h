@@ -121,11 +121,11 @@ struct Findings {
   double far_tail_probability = 0.9999;
   /// Gross outliers (kGrossOutlier) among the innovations, and where they are in time.
   struct GrossOutliers {
-    std::int64_t all = 0, early = 0;  ///< of these in the first fifth of the steps
-    std::int64_t at_one_step = 0;     ///< the most that any step has
-    double early_share = 0.0;         ///< of all innovations in that fifth
-    CoverageCount late = {};          ///< innovations of the second half: those that are none
-    bool rest_fits = false;           ///< the verdict on NIS without them is `consistent`
+    std::int64_t all = 0, early = 0;          ///< of these in the first fifth of the steps
+    std::vector<std::int64_t> at_steps = {};  ///< of each step
+    double early_share = 0.0;                 ///< of all innovations in that fifth
+    CoverageCount late = {};                  ///< innovations of the second half: those that are none
+    bool rest_fits = false;                   ///< the verdict on NIS without them is `consistent`
   };
   GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};

@@ -42,8 +42,8 @@ Causes find_unwrapped_angle(const Findings& findings);
 Causes find_wide_angle(const Findings& findings);
 /// NIS whose law speaks. Names outliers where more than ten times as many lie beyond the 99.99 % quantile as
 /// chance puts there (binomial), the body of the law fits better than that of a wrong factor would, lag 1 is
-/// small beside what they add to NIS, and they are not the start: gathered in the first fifth (binomial)
-/// while NIS is right later.
+/// small beside what they add to NIS, and they are not those of one step, nor the start: gathered in the
+/// first fifth (binomial) while NIS is right later.
 Causes find_outliers(const Findings& findings);
 /// Runs whose mean squares agree with P. Names heavy_tails by their test, if no outliers do.
 Causes find_heavy_tails(const Findings& findings);
@@ -97,13 +97,6 @@ Causes find_joint_inconsistency(const Findings& findings);
 /// what explains most of the excess of NEES, while the innovations are nearly of the right size and white;
 /// and truth_behind where those of ten runs point ahead, likewise.
 Causes find_late_measurements(const Findings& findings);
-/// NEES of several runs is right until a step that is too large, by more than any P0 leaves of itself (the
-/// mean over that of each step before exceeds F of as many dof as runs, Bonferroni over the steps so far), is
-/// nearly the largest there is, and fades without another such rise. Names one_step; by NIS likewise where
-/// NEES is not known or does not rise, after the first fifth, as P0 shows later in it. Not of a linear filter
-/// whose innovations fit and whose next errors do: an error of the truth; nor of outliers that no step has
-/// a quarter of.
-Causes find_wrong_step(const Findings& findings);
 /// Means of innovations and of errors that speak. Names bias where that is part of what is wrong, of a
 /// nonlinear filter most of it; and where the errors at single steps have means (Hotelling over the runs)
 /// that make most of the excess of NEES there, and not in the first fifth alone. Beside it the noise, by the
@@ -114,6 +107,19 @@ Causes find_bias(const Findings& findings);
 /// than an R that is too large leaves of a random walk and the errors are too large, as no such R makes them;
 /// where they do not tell, or are not known, both are named.
 Causes find_coloured_noise(const Findings& findings);
+
+// One step (cause_rules_step.cpp).
+
+/// NEES is right until a step that is too large, by more than any P0 leaves of itself: over the mean of each
+/// step before F of as many dof as runs, or, as NIS is white, NIS there over that of all before F of their
+/// dof, Bonferroni over the steps so far. It has most of the largest excess, and fades without rising by half
+/// as much again. Names one_step, and beside it a noise that NIS of the other steps shows (χ²), or a bias
+/// where NEES stays too large. By NIS likewise, after the first fifth, as P0 shows later in it, where NEES is
+/// not known or not wrong. Not of a linear filter whose innovations fit and whose next errors do: an error of
+/// the truth.
+Causes find_wrong_step(const Findings& findings);
+/// Whether there is such a step, and half of the gross outliers lie there, or until it has faded.
+bool outliers_are_of_one_step(const Findings& findings);
 
 // The start (cause_rules_start.cpp). P = P_P0 + P_Q + P_R by what made it, and so are the true second
 // moments, each part times the factor by which its noise is wrong. The share of P0, tr P⁻¹ P_P0 / n, never

@@ -55,7 +55,7 @@ bool stays_for_steps(const Findings& findings) {
 // that is wrong, where the excess of NIS goes with them and the second half has no more than chance makes,
 // are the start.
 bool outliers_are_the_start(const Findings& findings) {
-  const auto& [all, early, at_one_step, early_share, late, rest_fits] = findings.gross_outliers;
+  const auto& [all, early, at_steps, early_share, late, rest_fits] = findings.gross_outliers;
   const ConsistencyVerdict& nis = findings.nis;
   const double level = cause_level(findings);
   const bool gather =
@@ -191,7 +191,9 @@ Causes find_wide_angle(const Findings& findings) {
 }
 
 Causes find_outliers(const Findings& findings) {
-  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings)) return {};
+  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings) ||
+      outliers_are_of_one_step(findings))
+    return {};
   const CoverageCount& tail = *findings.far_tail;
   const double outside = static_cast<double>(tail.total - tail.inside);
   const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);

@@ -5,7 +5,6 @@
 
 #include "analysis/evidence/causes/cause_rules.h"
 #include "analysis/evidence/causes/cause_signature.h"
-#include "analysis/laws/chi_square/chi_square.h"
 #include "core/number_text.h"
 
 namespace credence::internal {
@@ -147,87 +146,7 @@ bool is_of_one_delay(double explained, const ConsistencyVerdict& nees) {
   return explained > kMost && excess_of_second_half(nees) <= kMostGrowth * before;
 }
 
-// NEES of a Gaussian error of any covariance varies by no more than its mean times χ²(1): a mean over runs is
-// larger than another one beyond what F of as many dof as runs leaves to chance.
-bool rises(const StepTest& from, const StepTest& to, double level) {
-  const auto runs_from = static_cast<double>(from.count), runs_to = static_cast<double>(to.count);
-  return f_survival((1.0 + excess_of(to)) / (1.0 + excess_of(from)), runs_to, runs_from) <= level;
-}
-
-// Whether more than the start can be wrong at a step, of those before which so many are known: of a nonlinear
-// filter the first few innovations are.
-bool is_past_the_start(std::size_t step, double known_before, const Findings& findings) {
-  constexpr std::int64_t kFewest = 3;
-  if (!findings.nonlinear) return known_before >= 1.0;
-  if (first_step(findings.nis) == nullptr) return known_before >= static_cast<double>(kFewest);
-  const auto begin = findings.nis.steps.begin();
-  const auto end = begin + static_cast<std::ptrdiff_t>(std::min(step, findings.nis.steps.size()));
-  return std::ranges::count_if(begin, end, &StepTest::has_data) >= kFewest;
-}
-
-// Whether the excess of a step is gone soon after it: most of it on average over all later steps, and some of
-// it already over those up to the last that has most of it.
-bool fades(const ConsistencyVerdict& verdict, std::size_t place) {
-  constexpr double kSome = 0.1;
-  const std::vector<StepTest>& steps = verdict.steps;
-  const double excess = excess_of(steps[place]);
-  std::size_t last = steps.size() - 1;
-  while (last > place && !(steps[last].has_data() && excess_of(steps[last]) >= kMost * excess)) --last;
-  return excess_of_steps(verdict, place + 1, last + 1) < (1.0 - kSome) * excess &&
-         excess_of_steps(verdict, place + 1, steps.size()) < kMost * excess;
-}
-
-// The first step above its simultaneous bounds, where none before it left them, it exceeds each of these, has
-// most of the largest excess, and what comes after it fades without rising again; null: none such.
-const StepTest* lone_rise(const ConsistencyVerdict& verdict, const Findings& findings) {
-  const std::vector<StepTest>& steps = verdict.steps;
-  if (!is_inconsistent(verdict.verdict) || verdict.step_stride > 1) return nullptr;
-  const auto at = std::ranges::find_if(
-      steps, [](const StepTest& step) { return step.has_data() && step.mean > step.simultaneous_upper; });
-  const auto place = static_cast<std::size_t>(at - steps.begin());
-  if (at == steps.end() || place + 1 == steps.size() || any_step_outside(verdict, place)) return nullptr;
-  const auto before = static_cast<double>(std::ranges::count_if(steps.begin(), at, &StepTest::has_data));
-  if (!is_past_the_start(place, before, findings) || !fades(verdict, place)) return nullptr;
-  const double level = cause_level(findings);
-  for (auto step = steps.begin(); step != at; ++step) {
-    if (step->has_data() && (step->expected != at->expected || !rises(*step, *at, level / before)))
-      return nullptr;
-  }
-  const StepTest* last = &*at;
-  for (auto step = at + 1; step != steps.end(); ++step) {
-    if (!step->has_data()) continue;
-    const bool again = excess_of(*step) - excess_of(*last) > kMost * excess_of(*at);
-    if (kMost * excess_of(*step) > excess_of(*at) || (again && rises(*last, *step, level))) return nullptr;
-    last = &*step;
-  }
-  return &*at;
-}
-
 }  // namespace
-
-Causes find_wrong_step(const Findings& findings) {
-  const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
-  const StepTest* step = lone_rise(nees, findings);
-  const bool of_errors = step != nullptr;
-  if (!of_errors) step = lone_rise(nis, findings);
-  if (step == nullptr) return {};
-  const ConsistencyVerdict& verdict = of_errors ? nees : nis;
-  const auto place = static_cast<std::size_t>(step - verdict.steps.data());
-  if (!of_errors && place < first_fifth(nis)) return {};
-  const auto& gross = findings.gross_outliers;
-  if (4 * gross.at_one_step < gross.all && !find_outliers(findings).empty())
-    return {};  // they come at any step
-  if (of_errors && !findings.nonlinear && !is_inconsistent(nis.verdict) &&
-      excess_of_steps(nees, place + 1, place + 2) < kAllButGone * excess_of(*step))
-    return {};  // an error of the truth, which no later one has
-  const auto entry = static_cast<std::int64_t>(place) + 1;
-  return {{Cause::one_step,
-           fmt::format("mean {} is {} times its dof until {}, where it is {} times, and {} times after it",
-                       of_errors ? "NEES" : "NIS", number_text(1.0 + excess_of_steps(verdict, 0, place), 3),
-                       verdict.text_of({.first = entry, .last = entry, .count = 1}),
-                       number_text(1.0 + excess_of(*step), 3),
-                       number_text(1.0 + excess_of_steps(verdict, place + 1, verdict.steps.size()), 3))}};
-}
 
 // A filter that is fed late follows the truth of then: its errors are the way since, and its innovations as
 // they should be, or wrong by little beside them where it knows its way. A gain that is too small lags

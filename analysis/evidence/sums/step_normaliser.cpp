@@ -185,6 +185,38 @@ void StepNormaliser::Solved::normalise(double e, double variance) {
   of.dof = 1;
 }
 
+namespace {
+
+constexpr double kLargestError = 1e140;  // standard deviations, whose square is finite in any direction of P
+
+/// Whether the square of an error over its variance may not be a number; not of NIS alone, which has no S.
+bool is_beyond_squares(const VectorRef& errors, const MatrixRef& covariance, Index i) {
+  if (i >= covariance.rows() || !std::isfinite(errors[i])) return false;
+  const double scaled = errors[i] / kLargestError, variance = covariance(i, i);
+  return variance > 0.0 && scaled * scaled > variance;
+}
+
+bool is_beyond_squares(const VectorRef& errors, const MatrixRef& covariance) {
+  for (Index i = 0; i < errors.size(); ++i)
+    if (is_beyond_squares(errors, covariance, i)) return true;
+  return false;
+}
+
+/// Brings such ones to that size: they are evidence, as any error of so many standard deviations.
+void keep_squarable(Vector& errors, const MatrixRef& covariance) {
+  for (Index i = 0; i < errors.size(); ++i) {
+    if (is_beyond_squares(errors, covariance, i))
+      errors[i] = std::copysign(kLargestError * std::sqrt(covariance(i, i)), errors[i]);
+  }
+}
+
+bool is_beyond_squares(const Step& step) {
+  return is_beyond_squares(step.error, step.P) ||
+         std::ranges::any_of(step.innovations, [](const auto& of) { return is_beyond_squares(of.nu, of.S); });
+}
+
+}  // namespace
+
 std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
                                            const StepPlaces& places, NormalisedStep& normalised) {
   state_.clear();
@@ -192,8 +224,13 @@ std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& la
   if (!step.problem.empty()) return step.problem;
   find_certain_states(step.estimate, step.error, step.P, certain_);
   find_wrongly_certain_states(step.error, step.P, wrong_);
-  if (certain_.empty() && wrong_.empty()) return normalise_known(step, layout, places, normalised);
+  const bool beyond = is_beyond_squares(step);
+  if (certain_.empty() && wrong_.empty() && !beyond) return normalise_known(step, layout, places, normalised);
   Step known = step;
+  if (beyond) {
+    keep_squarable(known.error, known.P);
+    for (auto& innovation : known.innovations) keep_squarable(innovation.nu, innovation.S);
+  }
   make_certain(certain_, known.error, known.P);
   make_certain(wrong_, known.error, known.P);
   const std::string_view problem = normalise_known(known, layout, places, normalised);

@@ -378,7 +378,7 @@ void name_causes(const Evidence& e, const JudgementContext& context, double memo
       j.scale_innovation = j.scale_covariance;
     } else {
       if (!j.causes.empty() && j.causes.front().cause == Cause::one_step) {
-        refuse_factor("one step alone is wrong", j);
+        refuse_factor("what happens at one step is most of what is wrong", j);
         j.scale_innovation = j.scale_covariance;
       }
       name_outliers(e, context, memory, j);

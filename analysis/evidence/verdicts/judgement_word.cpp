@@ -112,17 +112,22 @@ class WordParts {
     add_each(sensor.pairs, pair_name);
   }
 
-  /// Whether it is larger at some time than it should be, and smaller, is told by the size of its waves.
+  /// That it goes up and down is one fault, of the side that is farther from what it should be, and of the
+  /// other one where that is beyond two standard errors too.
   void add_over_time(const std::string& of, const Modulation& over_time, const ConsistencyVerdict& v,
                      double weight, bool of_S) {
+    constexpr double kClearly = 2.0;
     const double p = over_time.p_value, mean = v.mean / v.expected;
     if (std::isnan(p)) return;
+    const double above = mean * over_time.high.mean - 1.0, below = 1.0 - mean * over_time.low.mean;
+    const bool too_large = above > below || above > kClearly * mean * over_time.high.error;
+    const bool too_small = below > above || below > kClearly * mean * over_time.low.error;
     const auto add_when = [&](const char* when, const DirectedPValues& p_value) {
       add({.name = of + when, .weight = 0.5 * weight, .of_innovations = of_S, .named_last = true},
           averaged_verdict(p_value, 1, v.count));
     };
-    add_when(kAtSomeTimes, {mean * (1.0 + over_time.amplitude) > 1.0 ? p : 1.0, kNaN});
-    add_when(kAtOthers, {kNaN, mean * (1.0 - over_time.amplitude) < 1.0 ? p : 1.0});
+    add_when(kAtSomeTimes, {too_large ? p : 1.0, kNaN});
+    add_when(kAtOthers, {kNaN, too_small ? p : 1.0});
   }
 
   void add_nees_over_time() {

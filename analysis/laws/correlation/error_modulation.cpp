@@ -190,10 +190,12 @@ Modulation error_modulation(const MatrixRef& z) {
     ratios[j] /= static_cast<double>(rows) * power;
   }
   const TooLarge found = too_large(std::move(ratios));
-  const double power = std::accumulate(powers.begin() + found.first - 1, powers.begin() + found.last, 0.0);
-  return {.p_value = found.p_value,
-          .wave = static_cast<double>(rows) / static_cast<double>(found.last),
-          .amplitude = 2.0 * std::sqrt(power) / normalised.squaredNorm()};
+  Modulation modulated = {.p_value = found.p_value,
+                          .wave = static_cast<double>(rows) / static_cast<double>(found.last)};
+  const Vector uncut = z.leftCols(rows).colwise().squaredNorm();
+  set_levels({uncut.data(), static_cast<std::size_t>(rows)}, static_cast<std::size_t>(found.first),
+             static_cast<std::size_t>(found.last), modulated);
+  return modulated;
 }
 
 }  // namespace credence::internal

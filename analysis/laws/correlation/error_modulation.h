@@ -10,7 +10,7 @@
 namespace credence::internal {
 
 /// The p-value of "z_k = e_k/σ_k, one a column, is a stationary series of vectors", by Σ_k |z_k|² e^{−iωk};
-/// wave and amplitude are of |z_k|².
+/// wave and levels are of |z_k|².
 ///
 /// With Z_λ the Fourier transform of z, N of them, this is E_j = Σ_λ Z_λ* Z_{λ+j}/N at ω = 2πj/N. The phases
 /// of the terms of a Gaussian z are independent and uniform given their sizes, whatever the memory of z:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/special_functions/beta.hpp>
 #include <cmath>
+#include <complex>
 #include <cstddef>
 #include <numbers>
 #include <numeric>
@@ -10,6 +11,7 @@
 
 #include "analysis/laws/correlation/fourier.h"
 #include "analysis/laws/correlation/thinned_series.h"
+#include "montecarlo/engine/moments.h"
 
 namespace credence::internal {
 namespace {
@@ -115,11 +117,41 @@ Modulation modulation(std::span<const double> series) {
   whiten(ranks, powers);
   const FrequencyBand wave = wave_in(powers), slow = slow_in(powers),
                       most = slow.p_value < wave.p_value ? slow : wave;
-  const std::vector<double> sizes = periodogram(values);
-  const double power = total_of(std::span(sizes).subspan(most.first - 1, most.last - most.first + 1));
-  return {.p_value = std::min(1.0, 2.0 * most.p_value),
-          .wave = all.rows_per_value * static_cast<double>(values.size()) / static_cast<double>(most.last),
-          .amplitude = 2.0 * std::sqrt(power) / std::abs(total_of(values))};
+  Modulation found = {
+      .p_value = std::min(1.0, 2.0 * most.p_value),
+      .wave = all.rows_per_value * static_cast<double>(values.size()) / static_cast<double>(most.last)};
+  set_levels(values, most.first, most.last, found);
+  return found;
+}
+
+void set_levels(std::span<const double> series, std::size_t first, std::size_t last, Modulation& of) {
+  const std::size_t n = series.size();
+  std::vector<double> waves(n, 0.0);
+  for (std::size_t j = first; j <= last; ++j) {
+    const auto turn =
+        std::polar(1.0, 2.0 * std::numbers::pi * static_cast<double>(j) / static_cast<double>(n));
+    std::complex<double> phase = 1.0, sum = 0.0;
+    for (std::size_t k = 0; k < n; ++k, phase *= turn) sum += series[k] * std::conj(phase);
+    phase = 1.0;
+    for (std::size_t k = 0; k < n; ++k, phase *= turn) waves[k] += (sum * phase).real();
+  }
+  Moments all, sides[2];
+  for (std::size_t k = 0; k < n; ++k) {
+    all.add(series[k]);
+    sides[waves[k] > 0.0 ? 1 : 0].add(series[k]);
+  }
+  const auto rest = [&](std::size_t k) { return series[k] - sides[waves[k] > 0.0 ? 1 : 0].mean; };
+  double product = 0.0;
+  for (std::size_t k = 1; k < n; ++k) product += rest(k) * rest(k - 1);
+  constexpr double kLongest = 0.99;
+  const double rho = std::clamp(product / (sides[0].m2 + sides[1].m2), 0.0, kLongest);
+  const auto level_of = [&](const Moments& side) {
+    const double error =
+        std::sqrt(side.variance() / static_cast<double>(side.count) * (1.0 + rho) / (1.0 - rho));
+    return SeriesLevel{side.mean / all.mean, error / std::abs(all.mean)};
+  };
+  of.low = level_of(sides[0]);
+  of.high = level_of(sides[1]);
 }
 
 }  // namespace credence::internal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "core/nan.h"
@@ -11,11 +12,20 @@
 
 namespace credence::internal {
 
+/// A mean over that of the whole series, with its standard error.
+struct SeriesLevel {
+  double mean = kNaN, error = kNaN;
+};
+
 struct Modulation {
   double p_value = kNaN;
-  double wave = kNaN;       ///< values in a wave, or in the shortest of the slow ones, that speaks most
-  double amplitude = kNaN;  ///< of the series in them, over its mean
+  double wave = kNaN;  ///< values in a wave, or in the shortest of the slow ones, that speaks most
+  SeriesLevel low = {}, high = {};  ///< of the values where these waves are below zero, and above
 };
+
+/// The levels of a series where its waves from the first to the last frequency, from 1, together are below
+/// and above zero; errors are those of values that an autoregression of first order makes about them.
+void set_levels(std::span<const double> series, std::size_t first, std::size_t last, Modulation& of);
 
 /// The p-value of "the series has no more of a wave, and of what is slow, than its short memory makes".
 ///

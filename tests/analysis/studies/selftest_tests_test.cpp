@@ -132,5 +132,21 @@ TEST(SelftestTests, TravelAsBytes) {
   EXPECT_EQ(received.p_value, sent.p_value);
 }
 
+// Studies of one kind may lack tests, as those of an angle that is never beyond half a turn.
+TEST(SelftestTests, AlarmsAreCountedByNames) {
+  const auto result = [](const char* name, double p_value) {
+    return TestResult{.name = name, .p_value = p_value};
+  };
+  const std::vector<std::vector<TestResult>> studies = {
+      {result("NEES", 0.01), result("the word", 0.5)},
+      {result("NEES", 0.2), result("cross-covariances", 0.001), result("the word", 0.05)},
+      {result("NEES", kNaN), result("cross-covariances", 0.4), result("the word", 0.04)}};
+  std::vector<std::pair<std::string, std::int64_t>> counted;
+  for (const AlarmCount& count : count_alarms(studies, 0.05))
+    counted.emplace_back(count.test->name, count.alarms);
+  EXPECT_EQ(counted, (std::vector<std::pair<std::string, std::int64_t>>{
+                         {"NEES", 1}, {"the word", 2}, {"cross-covariances", 1}}));
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -68,8 +68,24 @@ TEST(Modulation, TellsTheWaveAndItsSize) {
     const auto wave = [period](int k) { return 1.0 + 0.7 * std::sin(2.0 * std::numbers::pi * k / period); };
     const Modulation found = modulation(squares(5, 2000, 0.0, 0.0, wave));
     EXPECT_DOUBLE_EQ(found.wave, period);
-    EXPECT_NEAR(found.amplitude, 0.7, 0.12) << period;
+    // Over half a wave the mean is 1 ± 0.7 · 2/π, and NEES of two dof has the variance of the square of its
+    // mean.
+    const double off = 0.7 * 2.0 / std::numbers::pi;
+    EXPECT_NEAR(found.high.mean, 1.0 + off, 0.12) << period;
+    EXPECT_NEAR(found.low.mean, 1.0 - off, 0.12) << period;
+    EXPECT_NEAR(found.low.error, std::sqrt((1.0 - off) * (1.0 - off) / 1000.0), 0.01) << period;
   }
+}
+
+// A level is not beyond that of the values there, as a wave that is fitted to a step is by 4/π. With a memory
+// of 0.6 squares have one of 0.36, and a mean of n values is off by √(1.36/0.64 / n) times one.
+TEST(Modulation, LevelsAreThoseOfAStep) {
+  const auto step = [](int k) { return k < 1000 ? 1.0 : 4.0; };
+  const Modulation found = modulation(squares(6, 2000, 0.6, 0.0, step));
+  EXPECT_NEAR(2.5 * found.low.mean, 1.0, 5.0 * 2.5 * found.low.error);
+  EXPECT_NEAR(2.5 * found.high.mean, 4.0, 5.0 * 2.5 * found.high.error);
+  EXPECT_NEAR(2.5 * found.high.error, 4.0 * std::sqrt(1.36 / 0.64 / 1000.0), 0.06);
+  EXPECT_NEAR(2.5 * found.low.error, std::sqrt(1.36 / 0.64 / 1000.0), 0.02);
 }
 
 TEST(Modulation, IsOfEveryScaleAndNoneOfFewOrEqualValues) {
