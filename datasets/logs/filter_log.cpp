@@ -33,6 +33,9 @@ std::size_t triangle_index(Index i, Index j, Index n) {
   return static_cast<std::size_t>(i * n - i * (i - 1) / 2 + (j - i));
 }
 
+constexpr const char* kBeforeItsRun =
+    "a line '# failed: …' stands behind the last row of its run, and before this line there is none";
+
 /// Whether it is whole and of at most 15 digits: all that a double holds.
 bool is_short_whole(double run) { return std::abs(run) < 1e15 && std::floor(run) == run; }
 
@@ -54,6 +57,7 @@ bool is_nan_word(std::string_view field) {
 FilterLogReader::FilterLogReader(const std::filesystem::path& file) : lines_(file) {
   std::string_view line;
   if (!next_line(line)) throw DataError(file, "", "is empty: the first line names the columns");
+  if (failure_) lines_.fail(kBeforeItsRun);
   try {
     header_ = parse_filter_log_header(line);
   } catch (const std::invalid_argument& error) {
@@ -343,6 +347,7 @@ bool FilterLogReader::next(Step& row) {
     if (rows_ == 0 && !failure_) lines_.fail("holds no rows");
     return false;
   }
+  if (failure_ && rows_ == 0) lines_.fail(kBeforeItsRun);
   parse_fields(line);
   check_order(line);
   if (failure_ && !run_began_)

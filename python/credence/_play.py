@@ -216,6 +216,16 @@ def prior_of(world: Any) -> "tuple[np.ndarray, np.ndarray, int]":
     P = float_array(P, "the covariance of world.prior()")
     if P.shape != (n, n):
         raise PlugError(f"the covariance of world.prior() has shape {P.shape}: expected {(n, n)}")
+    for name, value in (("mean", mean), ("covariance", P)):
+        if not np.all(np.isfinite(value)):
+            raise PlugError(f"the {name} of world.prior() is not finite: {_brief(value.ravel())}")
+    deviations = np.sqrt(np.abs(P.diagonal()))
+    scale = np.where(deviations > 0.0, deviations, 1.0)
+    correlation = P / scale / scale[:, None]
+    if np.any(np.abs(correlation - correlation.T) > _ROUNDING):
+        raise PlugError(f"the covariance of world.prior() is not symmetric, by rows: {_brief(P.ravel())}")
+    if np.linalg.eigvalsh(correlation)[0] < -_ROUNDING:
+        raise PlugError(f"the covariance of world.prior() is not positive semidefinite, by rows: {_brief(P.ravel())}")
     return mean, P, n
 
 

@@ -77,7 +77,7 @@ void require_possible(const std::string& name, const Json& result) {
   for (const std::string verdict : {"nees", "nis", "vehicle_nees", "blocks.*", "sensors.*.nis"}) {
     require(verdict + ".mean", kAtLeastZero);
     require(verdict + ".expected", kAtLeastZero);
-    require(verdict + ".factor.value", kAtLeastZero);
+    for (const char* of : {"value", "lower", "upper"}) require(verdict + ".factor." + of, kAtLeastZero);
     require(verdict + ".p_value", kPValue);
   }
   require("calibration.unit_factors.*.*", kAtLeastZero);

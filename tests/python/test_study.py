@@ -368,6 +368,25 @@ def test_numbers_that_are_none_are_named():
         assert message(noise={"measurement_delay": delay}) == expected
 
 
+@pytest.mark.parametrize(
+    ("mean", "P", "why"),
+    [
+        ([0.0, np.nan], np.eye(2), "the mean of .* is not finite"),
+        ([0.0, 0.0], [[1.0, 0.0], [0.0, np.inf]], "the covariance of .* is not finite"),
+        ([0.0, 0.0], [[1.0, 0.5], [0.2, 1.0]], "the covariance of .* is not symmetric"),
+        ([0.0, 0.0], -np.eye(2), "the covariance of .* is not positive semidefinite"),
+        ([0.0, 0.0], [[1e-12, 2e-6], [2e-6, 1.0]], "the covariance of .* is not positive semidefinite"),
+    ],
+)
+def test_a_prior_that_no_filter_can_start_from_is_named(mean, P, why):
+    class Bad(World):
+        def prior(self):
+            return np.array(mean), np.array(P)
+
+    with pytest.raises(credence.PlugError, match=why):
+        credence.study(Bad(), Filter, runs=10, steps=5)
+
+
 @pytest.mark.parametrize("prior", [(0.0, 1.0), (np.zeros(0), np.zeros((0, 0))), np.zeros(2)])
 def test_a_prior_that_is_none_is_named(prior):
     class Vague(World):

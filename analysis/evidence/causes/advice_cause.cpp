@@ -35,6 +35,7 @@ constexpr CauseRule kRules[] = {
     {find_wrong_before_innovations, true},
     {find_wrong_first_innovation, true},
     {find_coloured_noise, true},
+    {find_wrong_first_stretch, true},
     {find_wrong_first_step, true},
     {find_start_that_dies_out, true},
     {find_start_beside_the_rest, true},

@@ -111,12 +111,12 @@ Causes find_coloured_noise(const Findings& findings);
 // One step (cause_rules_step.cpp).
 
 /// NEES is right until a step that is too large, by more than any P0 leaves of itself: over the mean of each
-/// step before F of as many dof as runs, or, as NIS is white, NIS there over that of all before F of their
-/// dof, Bonferroni over the steps so far. It has most of the largest excess, and fades without rising by half
-/// as much again. Names one_step, and beside it a noise that NIS of the other steps shows (χ²), or a bias
-/// where NEES stays too large. By NIS likewise, after the first fifth, as P0 shows later in it, where NEES is
-/// not known or not wrong. Not of a linear filter whose innovations fit and whose next errors do: an error of
-/// the truth.
+/// step before F of as many dof as runs; or three times each, where NIS, which is white, there is over that
+/// of all before F of their dof; Bonferroni over the steps so far. It has most of the largest excess, and
+/// fades without rising by half as much again (of a nonlinear filter as much). Names one_step, and beside it
+/// a noise that NIS of the other steps shows (χ²), or a bias where NEES stays too large. By NIS likewise,
+/// after the first fifth, as P0 shows later in it, where NEES is not known or not wrong. Not of a linear
+/// filter whose innovations fit and whose next errors do: an error of the truth.
 Causes find_wrong_step(const Findings& findings);
 /// Whether there is such a step, and half of the gross outliers lie there, or until it has faded.
 bool outliers_are_of_one_step(const Findings& findings);
@@ -135,6 +135,11 @@ Causes find_wrong_before_innovations(const Findings& findings);
 /// most of S and the size is one that no P makes, or one only that is wrong by ten; or, of an R that is not
 /// known, NEES fits just after it. Names R, where the errors between innovations do not tell Q.
 Causes find_wrong_first_innovation(const Findings& findings);
+/// NIS of a first stretch of up to six tenths of the steps is wrong (χ², Bonferroni over its end, which is
+/// where two levels fit best), and it and NEES hardly are later; the excess of both is in the second half of
+/// it three quarters of that in the first or more, where P0 is forgotten. Without errors only of a tenth of
+/// the steps or more, whose first quarter has half of the excess. Names either noise.
+Causes find_wrong_first_stretch(const Findings& findings);
 /// The first NIS or NEES is wrong (χ²), NIS of the second half is not, and NEES is most wrong at the first
 /// step, by its standard error. Names initial_covariance; here and below, where the first innovations are too
 /// large and have a mean (Hotelling over the runs), initial_covariance_or_nonlinear_start.
@@ -176,8 +181,9 @@ Causes find_wrong_noise(const Findings& findings);
 /// and the gain is told by the lags.
 Causes find_noise_by_errors(const Findings& findings);
 /// NEES alone is wrong, of a nonlinear filter too small, and the more so the longer (Student's t over the
-/// runs), which P0 never makes. Names Q where an R that is wrong by as much would show in NIS (R known, five
-/// standard errors), or the errors between innovations tell it, else either.
+/// runs), up to the last tenth of the steps, which P0 never makes. Names Q where an R that is wrong by as
+/// much would show in NIS (R known, five standard errors), or the errors between innovations tell it, else
+/// either.
 Causes find_noise_by_growth(const Findings& findings);
 /// Whiteness that speaks, and no other rule has named anything. Names Q or R by the gain that the lags tell:
 /// a mean NIS that is right says that S is, and not that Q and R are.

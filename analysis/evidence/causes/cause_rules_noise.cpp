@@ -262,6 +262,9 @@ Causes find_noise_by_growth(const Findings& findings) {
   Moments gain = findings.growth;
   if (!high) gain.mean = -gain.mean;
   if (!of_noise || nis.verdict != Verdict::consistent || !grows(gain, findings)) return {};
+  const std::size_t steps = nees.steps.size();
+  const double at_end = excess_of_steps(nees, steps - (steps + 9) / 10, steps);
+  if (std::abs(at_end) < kMost * std::abs(excess_of_second_half(nees))) return {};  // what grew is gone again
   const std::string why = fmt::format(
       "NEES over its dof {} by {} from the first fifth to the second half (mean over the runs), and P0 "
       "never makes it more wrong; the innovations fit, so it is the noise of states that these hardly show",

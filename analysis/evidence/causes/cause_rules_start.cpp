@@ -205,6 +205,39 @@ bool nis_dies_out(const Findings& findings) {
                   any_step_outside(nis, first) || p_value_of_sum(nis, 0, first) <= cause_level(findings));
 }
 
+// The end of a first stretch that is unlike the rest, of NIS, which is white: where two levels fit best.
+std::size_t end_of_first_stretch(const ConsistencyVerdict& nis) {
+  const auto sum_of = [](const StepTest& step) {
+    return step.has_data() ? static_cast<double>(step.count) * step.mean : 0.0;
+  };
+  const auto dof_of = [](const StepTest& step) { return step.has_data() ? step.total_dof : 0.0; };
+  double all = 0.0, dof = 0.0, sum = 0.0, before = 0.0, largest = 0.0;
+  for (const StepTest& step : nis.steps) {
+    all += sum_of(step);
+    dof += dof_of(step);
+  }
+  std::size_t end = 0;
+  for (std::size_t k = 0; k < nis.steps.size(); ++k) {
+    sum += sum_of(nis.steps[k]);
+    before += dof_of(nis.steps[k]);
+    if (!(before > 0.0 && before < dof)) continue;
+    const double apart = sum / before - (all - sum) / (dof - before);
+    const double size = apart * apart * before * (dof - before);
+    if (size > largest) end = k + 1;
+    largest = std::max(largest, size);
+  }
+  return end;
+}
+
+// Whether the excess in the second half of the first steps is about that in the first half, or more: what P0
+// does is forgotten all the time.
+bool is_not_forgotten(const ConsistencyVerdict& verdict, std::size_t steps) {
+  constexpr double kNearly = 0.75;
+  const double first = excess_of_steps(verdict, 0, steps / 2);
+  const double second = excess_of_steps(verdict, steps / 2, steps);
+  return first * second > 0.0 && std::abs(second) >= kNearly * std::abs(first);
+}
+
 // The span of one direction that lies in the first fifth, where the other one rejects later; none: first = 0.
 StepSpan start_of(const ConsistencyVerdict& verdict) {
   const auto first = std::max<std::int64_t>(1, std::ssize(verdict.steps) / 5);
@@ -253,6 +286,33 @@ Causes find_wrong_first_innovation(const Findings& findings) {
                        number_text(1.0 + excess, 3), number_text(1.0 + excess_of_second_half(nis), 3))}};
 }
 
+Causes find_wrong_first_stretch(const Findings& findings) {
+  constexpr std::size_t kFewest = 4, kParts = 10;
+  constexpr double kMostOfSteps = 0.6;
+  const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
+  const std::size_t steps = nis.steps.size(), end = end_of_first_stretch(nis);
+  if (!is_inconsistent(nis.verdict) || nis.step_stride > 1 || noise_lasts(findings)) return {};
+  if (end < kFewest || static_cast<double>(end) > kMostOfSteps * static_cast<double>(steps)) return {};
+  const double excess = excess_of_steps(nis, 0, end), later = excess_of_steps(nis, end, steps);
+  const double p_value = static_cast<double>(steps) * p_value_of_sum(nis, 0, end);
+  if (!(p_value <= cause_level(findings)) || !(std::abs(later) < kAllButGone * std::abs(excess))) return {};
+  const bool errors_known = nees.steps.size() == steps && first_step(nees) != nullptr;
+  // Errors of P0 fade, and where they do not, as those of a constant that nothing shows, they stay; without
+  // errors P0 of what the first innovations do not show begins late.
+  const bool of_P0 = errors_known ? !is_not_forgotten(nees, end) ||
+                                        std::abs(excess_of_steps(nees, end + (steps - end) / 2, steps)) >=
+                                            kAllButGone * std::abs(excess_of_steps(nees, 0, end))
+                                  : kParts * end < steps || excess_of_steps(nis, 0, end / 4) / excess < kMost;
+  if (of_P0 || !is_not_forgotten(nis, end)) return {};
+  const StepSpan span{
+      .first = 1, .last = static_cast<std::int64_t>(end), .count = static_cast<std::int64_t>(end)};
+  return {
+      {Cause::process_or_measurement_noise,
+       fmt::format("mean NIS is {} times its dof in {} and {} times later, and is not forgotten on the way "
+                   "there, as what a wrong P0 makes: the noise of these steps is wrong, or a sensor was",
+                   number_text(1.0 + excess, 3), nis.text_of(span), number_text(1.0 + later, 3))}};
+}
+
 Causes find_wrong_first_step(const Findings& findings) {
   const ConsistencyVerdict* wrong = initial_covariance_shows(findings);
   if (wrong == nullptr) return {};
@@ -267,7 +327,9 @@ Causes find_wrong_first_step(const Findings& findings) {
 }
 
 Causes find_start_that_dies_out(const Findings& findings) {
-  const bool by_nis = nis_dies_out(findings) && !errors_come_later(findings);
+  const bool comes_later = !findings.nonlinear && is_inconsistent(findings.nees.verdict) &&
+                           grows_after_first_step(findings.nees, cause_quantile(findings, 1.0));
+  const bool by_nis = nis_dies_out(findings) && !comes_later;
   const bool by_nees = nees_dies_out(findings) && !is_inconsistent(findings.nis.verdict);
   if (!by_nis && !by_nees) return {};
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;

@@ -64,18 +64,21 @@ bool fades(const ConsistencyVerdict& verdict, std::size_t place) {
          excess_of_steps(verdict, place + 1, steps.size()) < kMost * excess;
 }
 
-// Whether a step exceeds each before it, of as many states, or its innovations all before.
+// Whether a step exceeds each before it, of as many states, by more than chance; or by this factor, where its
+// innovations exceed all before by more than chance.
 bool exceeds_all_before(const ConsistencyVerdict& verdict, std::size_t place, const Findings& findings) {
   const StepTest& at = verdict.steps[place];
   const double level = cause_level(findings) / static_cast<double>(place);
-  bool exceeds = true;
+  constexpr double kClearly = 3.0;
+  bool exceeds = true, exceeds_clearly = true;
   for (std::size_t k = 0; k < place; ++k) {
     const StepTest& step = verdict.steps[k];
     if (!step.has_data()) continue;
     if (step.expected != at.expected) return false;
     exceeds = exceeds && rises(step, at, level);
+    exceeds_clearly = exceeds_clearly && at.mean > kClearly * step.mean;
   }
-  return exceeds || innovations_rise(findings.nis, place, level);
+  return exceeds || (exceeds_clearly && innovations_rise(findings.nis, place, level));
 }
 
 // The first step after a place that lies within its bounds; that behind the last: none.
@@ -117,7 +120,8 @@ std::optional<Rise> lone_rise(const ConsistencyVerdict& verdict, const Findings&
   const double most = excess_of(*at) / kMost;
   const auto is_larger = [&](const StepTest& step) { return step.has_data() && excess_of(step) > most; };
   if (std::any_of(at, steps.end(), is_larger)) return std::nullopt;
-  if (!later_rises(verdict, place, kMost, cause_level(findings)).empty()) return std::nullopt;
+  const double as_much = findings.nonlinear ? 1.0 : kMost;  // far off, its linearisation makes more
+  if (!later_rises(verdict, place, as_much, cause_level(findings)).empty()) return std::nullopt;
   if (!exceeds_all_before(verdict, place, findings)) return std::nullopt;
   return Rise{place, end_of_rise(verdict, place)};
 }

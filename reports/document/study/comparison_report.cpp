@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -73,6 +74,13 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   study.factor.mean = number(factor, "value");
   study.factor.lower = number(factor, "lower");
   study.factor.upper = number(factor, "upper");
+  if (study.factor.lower > study.factor.mean || study.factor.upper < study.factor.mean) {
+    throw std::invalid_argument(
+        fmt::format("{}: nees.factor.value = {}: must lie in its interval, from {} to {}", name,
+                    study.factor.mean, study.factor.lower, study.factor.upper));
+  }
+  if (std::isnan(study.factor.lower)) study.factor.mean = kNaN;
+  if (std::isnan(study.factor.upper)) study.factor.upper = std::numeric_limits<double>::infinity();
   study.units = unit_factors_of(j.value("calibration", Json::object()));
   study.confidence = number(j.at("nees"), "confidence");
   if (!verdict_named(study.verdict)) {
@@ -88,7 +96,7 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
 }
 
 std::string mean_text(const ComparedMean& m) {
-  if (!std::isfinite(m.mean)) return "–";
+  if (!std::isfinite(m.mean) || !std::isfinite(m.expected)) return "–";
   return fmt::format("{} of {}", number_text(m.mean, 4), number_text(m.expected, 4));
 }
 

@@ -358,6 +358,8 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + row + "# failed: tired at step 3\n", "log.csv:3: accepted is"},
       {kHeader + row + "# failed: diverged at step 3\n# failed: diverged at step 4\n",
        "log.csv:4: a second line"},
+      {"# failed: diverged at step 2\n" + kHeader + row, "log.csv:2: a line '# failed: …' stands behind"},
+      {kHeader + "# failed: diverged at step 2\n" + row, "log.csv:3: a line '# failed: …' stands behind"},
       {kHeader + row + "# failed: diverged at step 2\n2,2,3,2,3,4,0,9,0,2\n",
        "log.csv:4: the line '# failed: …' before stands behind the last row of its run"},
       {"run,innovation.1,S.1.1\n20240101120000007,1,1\n20240101120000008,1,1\n20240101120000007,1,1\n",

@@ -1178,10 +1178,36 @@ TEST(CauseRules, ASensorWhoseNisAloneIsWrongIsNamed) {
   EXPECT_NE(find_causes(findings).at(0).why.find("only NIS"), 0U);
 }
 
+// What P0 makes fades from the first step on; a noise that is wrong until a step does not.
+TEST(CauseRules, AFirstStretchThatIsWrongThroughoutIsNotP0) {
+  const auto with = [](const std::vector<double>& nis, const std::vector<double>& nees) {
+    Findings findings = findings_of(1.0, 1.0);
+    findings.nis = verdict_of_means(nis, true);
+    if (!nees.empty()) findings.nees = verdict_of_means(nees, false);
+    return find_causes(findings).at(0);
+  };
+  const std::vector<double> wrong = start_and_rest(10, 4.0, 1.0), stays = start_and_rest(10, 4.0, 3.0);
+  std::vector<double> fades = wrong;
+  for (std::size_t k = 5; k < 10; ++k) fades[k] = 3.2;  // 2.2 of 3, less than three quarters
+  EXPECT_EQ(with(wrong, wrong).cause, Cause::process_or_measurement_noise);
+  EXPECT_EQ(
+      with(wrong, wrong).why,
+      "mean NIS is 4.00 times its dof in steps 1 to 10 and 1.00 times later, and is not forgotten on the "
+      "way there, as what a wrong P0 makes: the noise of these steps is wrong, or a sensor was");
+  EXPECT_EQ(with(fades, wrong).cause, Cause::initial_covariance);
+  EXPECT_EQ(with(wrong, fades).cause, Cause::initial_covariance);
+  EXPECT_EQ(with(wrong, stays).why.find("not forgotten"), std::string::npos)
+      << "a constant that nothing shows";
+  EXPECT_EQ(with(start_and_rest(10, 0.3, 1.0), start_and_rest(10, 0.3, 1.0)).cause,
+            Cause::process_or_measurement_noise);
+}
+
 // NIS is wrong at the start alone, NEES from the second step on and to the end: no P0 makes that.
 TEST(CauseRules, ErrorsThatComeAfterTheFirstStepAndStayAreNotThoseOfP0) {
   Findings findings = findings_of(1.0, 1.0);
-  findings.nis = verdict_of_means(start_and_rest(4, 4.0, 1.0), true);
+  std::vector<double> fades = start_and_rest(4, 4.0, 1.0);
+  fades[2] = fades[3] = 2.0;
+  findings.nis = verdict_of_means(fades, true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
   findings.nees = verdict_of_means(start_and_rest(4, 5.0, 1.0), false);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});

@@ -67,6 +67,21 @@ TEST_F(CheckLogs, TellsTheFactorOfAWrongOne) {
   EXPECT_THAT(folder_.read("out/index.html"), HasSubstr("mine"));
 }
 
+TEST_F(CheckLogs, AnRThatIsLargerThanSIsTold) {
+  const auto said_with = [&](const char* R) {
+    std::mt19937 bits(1);
+    std::normal_distribution<double> normal;
+    std::string text = "step,truth.x,estimate.x,P.1.1,innovation.1,S.1.1,R.1.1\n";
+    for (int k = 1; k <= 100; ++k)
+      text += fmt::format("{},0,{},1,{},2,{}\n", k, normal(bits), std::sqrt(2.0) * normal(bits), R);
+    folder_.write("noise.csv", text);
+    const std::string file = (folder_ / "noise.csv").string();
+    return check_logs({&file, 1}).text();
+  };
+  EXPECT_THAT(said_with("5"), HasSubstr("R is larger than S, by tr(S⁻¹ R)/m = 2.50"));
+  EXPECT_THAT(said_with("2"), Not(HasSubstr("larger than S")));
+}
+
 // Half of each error stays over its run, which P rightly holds. Run by run two thirds look as if P were too
 // large, and in many of them it would fit as a standard deviation.
 TEST_F(CheckLogs, ErrorsThatStayInARunAreNoMistakeOfUnits) {

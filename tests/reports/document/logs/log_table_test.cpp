@@ -252,10 +252,10 @@ TEST(LogTable, ExplainsWhatIsSoAtSomeTimes) {
   CheckedLogs logs = logs_with();
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(Contains(HasSubstr("At some times"))));
   Judgement& j = logs.analysis.judgement;
-  j.nees_over_time = {{{1e-5, 187.0, 0.5}, ""}, {{0.25, 20.0, 0.1}, "vehicle"}};
+  j.nees_over_time = {{{.p_value = 1e-5, .wave = 187.0}, ""}, {{.p_value = 0.25, .wave = 20.0}, "vehicle"}};
   j.sensors.resize(1);
   j.sensors[0].name = "gps";
-  j.sensors[0].over_time = {.p_value = 0.001, .wave = 250.0, .amplitude = 0.5};
+  j.sensors[0].over_time = {.p_value = 0.001, .wave = 250.0};
   j.word.named = {"NEES at some times", "NIS of gps at others"};
   const std::vector<std::string> notes = log_verdicts(logs, 9).notes;
   EXPECT_THAT(notes,

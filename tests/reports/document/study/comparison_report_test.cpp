@@ -94,7 +94,7 @@ TEST(Comparison, DocumentsAreReadAndOthersRefused) {
   EXPECT_EQ(read[0].name, "loop");
   EXPECT_EQ(read[0].nees.mean, 4.0);
   EXPECT_EQ(read[0].factor.mean, 1.3);
-  EXPECT_TRUE(std::isnan(read[0].factor.upper) && std::isnan(read[0].nis.mean));
+  EXPECT_TRUE(std::isinf(read[0].factor.upper) && std::isnan(read[0].nis.mean));
   EXPECT_EQ(table_of(read).rows[0][5].text, "–") << "no NIS";
   EXPECT_EQ(compared_documents("two.json", R"({"studies": [)" + one + "," + one + "]}").size(), 2U);
   for (const char* wrong : {"", "[1]", "{}", "3", R"({"runs": 1, "verdict": "x"})", R"({"studies": [1]})"}) {
@@ -135,6 +135,20 @@ TEST(Comparison, DocumentsThatCannotBeComparedAreRefusedByName) {
                 testing::HasSubstr("a.json: is not a document of"))
         << kind;
   }
+  const auto factor_of = [](const std::string& factor) {
+    return R"({"runs": 5, "verdict": "mixed", "nees": {"mean": 4.0, "expected": null, "factor": )" + factor +
+           R"(}, "nis": null})";
+  };
+  EXPECT_EQ(says(factor_of(R"({"value": 1.24, "lower": 1.3, "upper": 1.5})")),
+            "a.json: nees.factor.value = 1.24: must lie in its interval, from 1.3 to 1.5");
+  EXPECT_EQ(says(factor_of(R"({"value": 1.24, "lower": 1.1, "upper": 1.2})")),
+            "a.json: nees.factor.value = 1.24: must lie in its interval, from 1.1 to 1.2");
+  EXPECT_EQ(says(factor_of(R"({"value": 1.24, "lower": -1, "upper": 1.5})")),
+            "a.json: nees.factor.lower = -1: must be at least 0");
+  const ComparedStudy open = compared_documents("a.json", factor_of(R"({"value": 2, "lower": 1})")).at(0);
+  EXPECT_EQ(mean_interval_text(open.factor), "2.00 (1.00 … ∞)");
+  const ComparedStudy closed = compared_documents("a.json", factor_of(R"({"value": 2, "upper": 3})")).at(0);
+  EXPECT_EQ(mean_interval_text(closed.factor), "–");
   for (const char* none : {R"({"schema": 1, "studies": []})", R"({"configurations": [], "points": []})"})
     EXPECT_EQ(says(none), "a.json: holds no results to compare");
 }
