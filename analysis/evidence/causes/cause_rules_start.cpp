@@ -149,13 +149,12 @@ bool grows_after_first_step(const ConsistencyVerdict& nees, double z) {
   });
 }
 
-// Whether NEES of a linear filter becomes wrong after the first step, and stays so: no P0 makes that,
-// whatever the innovations show of it.
+// Whether NEES of a linear filter becomes more wrong after the first step: no P0 makes that, whatever the
+// innovations show of it.
 bool errors_come_later(const Findings& findings) {
   const ConsistencyVerdict& nees = findings.nees;
   return !findings.nonlinear && is_inconsistent(nees.verdict) &&
-         grows_after_first_step(nees, cause_quantile(findings, 1.0)) &&
-         stays(excess_of_steps(nees, 0, first_fifth(nees)), nees);
+         grows_after_first_step(nees, cause_quantile(findings, 1.0));
 }
 
 // Where a wrong P0 shows at once: in NEES of the first step, of a nonlinear filter only if no correction by
@@ -327,9 +326,7 @@ Causes find_wrong_first_step(const Findings& findings) {
 }
 
 Causes find_start_that_dies_out(const Findings& findings) {
-  const bool comes_later = !findings.nonlinear && is_inconsistent(findings.nees.verdict) &&
-                           grows_after_first_step(findings.nees, cause_quantile(findings, 1.0));
-  const bool by_nis = nis_dies_out(findings) && !comes_later;
+  const bool by_nis = nis_dies_out(findings) && !errors_come_later(findings);
   const bool by_nees = nees_dies_out(findings) && !is_inconsistent(findings.nis.verdict);
   if (!by_nis && !by_nees) return {};
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;

@@ -192,7 +192,7 @@ constexpr double kLargestError = 1e140;  // standard deviations, whose square is
 /// Whether the square of an error over its variance may not be a number; not of NIS alone, which has no S.
 bool is_beyond_squares(const VectorRef& errors, const MatrixRef& covariance, Index i) {
   if (i >= covariance.rows() || !std::isfinite(errors[i])) return false;
-  const double scaled = errors[i] / kLargestError, variance = covariance(i, i);
+  const double scaled = errors[i] * (1.0 / kLargestError), variance = covariance(i, i);
   return variance > 0.0 && scaled * scaled > variance;
 }
 

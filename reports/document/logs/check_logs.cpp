@@ -110,7 +110,7 @@ std::string form_of(std::string_view sentence) {
 }
 
 /// S = H P Hᵀ + R is no smaller than R, so that tr(S⁻¹ R) is at most m.
-std::vector<std::string> larger_noise_than_S(const Evidence& evidence) {
+std::vector<std::string> larger_noise_than_s(const Evidence& evidence) {
   constexpr double kRounding = 1e-6;
   std::vector<std::string> said;
   for (const SensorSums& of : evidence.sensors) {
@@ -264,7 +264,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.remarks = remarks_of(result, {Kind::remark});
   if (!result.copies.says.empty()) logs.remarks.push_back(result.copies.says);
   std::ranges::move(result.judged.sentences(), std::back_inserter(logs.remarks));
-  std::ranges::move(larger_noise_than_S(result.evidence), std::back_inserter(logs.remarks));
+  std::ranges::move(larger_noise_than_s(result.evidence), std::back_inserter(logs.remarks));
   judge_collected(
       std::move(result.evidence), std::move(result.calibration),
       {.confidence = options.confidence,
