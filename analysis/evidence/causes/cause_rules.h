@@ -136,9 +136,10 @@ Causes find_wrong_before_innovations(const Findings& findings);
 /// known, NEES fits just after it. Names R, where the errors between innovations do not tell Q.
 Causes find_wrong_first_innovation(const Findings& findings);
 /// NIS of a first stretch of up to six tenths of the steps is wrong (χ², Bonferroni over its end, which is
-/// where two levels fit best), and it and NEES hardly are later; the excess of both is in the second half of
-/// it three quarters of that in the first or more, where P0 is forgotten. Without errors only of a tenth of
-/// the steps or more, whose first quarter has half of the excess. Names either noise.
+/// where two levels fit best), of a nonlinear filter too small, and it and NEES hardly are later; the excess
+/// of both is in the second half of it three quarters of that in the first or more, where P0 is forgotten.
+/// Without errors only of a tenth of the steps or more, whose first quarter has half of the excess. Names
+/// either noise.
 Causes find_wrong_first_stretch(const Findings& findings);
 /// The first NIS or NEES is wrong (χ²), NIS of the second half is not, and NEES is most wrong at the first
 /// step, by its standard error. Names initial_covariance; here and below, where the first innovations are too

@@ -293,6 +293,7 @@ Causes find_wrong_first_stretch(const Findings& findings) {
   if (!is_inconsistent(nis.verdict) || nis.step_stride > 1 || noise_lasts(findings)) return {};
   if (end < kFewest || static_cast<double>(end) > kMostOfSteps * static_cast<double>(steps)) return {};
   const double excess = excess_of_steps(nis, 0, end), later = excess_of_steps(nis, end, steps);
+  if (findings.nonlinear && excess > 0.0) return {};  // as its linearisation at an uncertain start makes it
   const double p_value = static_cast<double>(steps) * p_value_of_sum(nis, 0, end);
   if (!(p_value <= cause_level(findings)) || !(std::abs(later) < kAllButGone * std::abs(excess))) return {};
   const bool errors_known = nees.steps.size() == steps && first_step(nees) != nullptr;

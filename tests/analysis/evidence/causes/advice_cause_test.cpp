@@ -1196,6 +1196,11 @@ TEST(CauseRules, AFirstStretchThatIsWrongThroughoutIsNotP0) {
       "way there, as what a wrong P0 makes: the noise of these steps is wrong, or a sensor was");
   EXPECT_EQ(with(fades, wrong).cause, Cause::initial_covariance);
   EXPECT_EQ(with(wrong, fades).cause, Cause::initial_covariance);
+  Findings nonlinear = findings_of(1.0, 1.0);
+  nonlinear.nis = verdict_of_means(wrong, true);
+  nonlinear.nees = verdict_of_means(wrong, false);
+  nonlinear.nonlinear = true;
+  EXPECT_NE(causes_of(nonlinear).front(), Cause::process_or_measurement_noise) << "the start may make that";
   EXPECT_EQ(with(wrong, stays).why.find("not forgotten"), std::string::npos)
       << "a constant that nothing shows";
   EXPECT_EQ(with(start_and_rest(10, 0.3, 1.0), start_and_rest(10, 0.3, 1.0)).cause,
