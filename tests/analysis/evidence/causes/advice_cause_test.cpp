@@ -579,6 +579,17 @@ TEST(CauseRules, ErrorsThatGrowWrongWhileInnovationsFitAreOfNoise) {
   EXPECT_EQ(with(1.5, 0.05, false, 0.9), CauseList{Cause::covariance_scale});
   EXPECT_EQ(with(1.5, -0.3, false, 0.9), CauseList{Cause::covariance_scale});
   EXPECT_EQ(with(1.5, 0.3, true, 0.9), CauseList{Cause::linearisation});
+  // Errors that grow, as those of a truth that is wrong for some rows, and are right again at the end.
+  const auto for_some_rows = [](std::size_t last) {
+    Findings findings = findings_of(1.0, 1.0);
+    std::vector<double> means(40, 1.0);
+    std::fill(means.begin() + 22, means.begin() + static_cast<std::ptrdiff_t>(last), 3.0);
+    findings.nees = verdict_of_means(means, false);
+    findings.growth = {.count = 100, .mean = 0.3, .m2 = 99.0 * 0.09};
+    return causes_of(findings);
+  };
+  EXPECT_EQ(for_some_rows(40), CauseList{Cause::process_or_measurement_noise});
+  EXPECT_EQ(for_some_rows(36), CauseList{Cause::covariance_scale});
   EXPECT_EQ(with(0.6, -0.3, true, 0.9), CauseList{Cause::process_noise_too_large});
   EXPECT_EQ(with(0.6, 0.3, false, 0.9), CauseList{Cause::covariance_scale});
 }
@@ -771,6 +782,19 @@ TEST(CauseRules, AStepOfFewRunsIsWrongByMoreThanWhatOneOfThemMakes) {
   // Innovations are white: F of 17 and 153 dof has the upper 0.05/(17 · 9 · 2) quantile 3.004.
   EXPECT_NE(of_17_runs(5.0, 2.95), Cause::one_step);
   EXPECT_EQ(of_17_runs(5.0, 3.05), Cause::one_step);
+}
+
+// Of five runs no step exceeds the first by more than chance, and a first step that is right leaves the
+// linearisation open all the same.
+TEST(CauseRules, AFirstErrorThatFitsLeavesOpenWhatTheStartOfFewRunsIs) {
+  std::vector<Moments> steps(40, Moments{.count = 5, .mean = 1.0, .m2 = 1.0});
+  steps[0].mean = 2.0;
+  steps[3].mean = 8.0;
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nees = judge_nees(steps, std::vector<double>(40, 5.0), 0.95);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
 }
 
 // NIS from the fourth step on, of forty.

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -889,6 +890,23 @@ TEST(Judgement, SensitivityStandsBesideTheVerdict) {
   const Judgement innovations = judge(logs_of(100, 20, 0.0, 1.0, no_error), {.sensitivity = true});
   EXPECT_EQ(innovations.sensitivity->nees.count, 0);
   EXPECT_EQ(innovations.sensitivity->nis.mean, innovations.nis.mean);
+}
+
+// S is right in the first half of one run and wrong in one direction in the other: where the level of a half
+// stood for it, as the amplitude of a wave fitted to it, all would be mixed.
+TEST(Judgement, AFaultOfOneDirectionInAPartOfARunIsOfThatDirection) {
+  const auto told = [](double scale) {
+    std::map<Verdict, int> words;
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      const auto second_half = [scale](Step& row, int) {
+        if (row.step > 300) row.innovations[0].nu *= scale;
+      };
+      ++words[judge(logs_of(1, 600, 0.0, 1.0, second_half, seed)).word.verdict];
+    }
+    return words;
+  };
+  EXPECT_GE(told(2.0)[Verdict::optimistic], 8);
+  EXPECT_GE(told(1.0 / 3.0)[Verdict::pessimistic], 8);
 }
 
 // A glitch of the truth in single rows, which was a scale of the covariance, or its process noise.
