@@ -797,6 +797,18 @@ TEST(CauseRules, AFirstErrorThatFitsLeavesOpenWhatTheStartOfFewRunsIs) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_nonlinear_start});
 }
 
+// A truth with noise of its own, and a linearisation, make the mean of NEES wrong, and not a step alone.
+TEST(CauseRules, AStepThatIsWrongAloneIsNoErrorOfTheTruth) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means(40, 1.0);
+  means[20] = 1.7;
+  findings.nees = verdict_of_means(means, false);
+  findings.white_share = 0.5;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_at_steps});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_at_steps});
+}
+
 // NIS from the fourth step on, of forty.
 ConsistencyVerdict nis_from_fourth_step(double first, double rest) {
   std::vector<Moments> steps(40);

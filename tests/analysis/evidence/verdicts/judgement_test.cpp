@@ -909,6 +909,16 @@ TEST(Judgement, AFaultOfOneDirectionInAPartOfARunIsOfThatDirection) {
   EXPECT_GE(told(1.0 / 3.0)[Verdict::pessimistic], 8);
 }
 
+// No factor on P mends a jump.
+TEST(Judgement, WhatHappensAtOneStepHasNoFactor) {
+  const Judgement j = judge(logs_of(20, 100, 0.8, 1.0, [](Step& row, int) {
+    if (row.step >= 50) row.error[0] += 20.0 * std::pow(0.8, static_cast<double>(row.step - 50));
+  }));
+  ASSERT_FALSE(j.causes.empty());
+  EXPECT_EQ(j.causes[0].cause, Cause::one_step);
+  EXPECT_EQ(j.scale_covariance.reason, "what happens at one step is most of what is wrong");
+}
+
 // A glitch of the truth in single rows, which was a scale of the covariance, or its process noise.
 TEST(Judgement, ErrorsOfSingleRowsAreNamed) {
   const auto glitch = [](Step& row, int run) {
