@@ -103,9 +103,8 @@ std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
         number_text(v.expected, 4), 100.0 * v.confidence, p_value_statement(v.p_value), v.tests);
     if (const StepTest* const step = deciding_step(v)) {
       text += fmt::format("; what decided is {}, whose mean of {} would be accepted from {} to {}",
-                          v.text_of({.first = v.worst_step + 1, .last = v.worst_step + 1, .count = 1}),
-                          number_text(step->mean, 4), number_text(step->simultaneous_lower, 4),
-                          number_text(step->simultaneous_upper, 4));
+                          v.text_of_step(v.worst_step + 1), number_text(step->mean, 4),
+                          number_text(step->simultaneous_lower, 4), number_text(step->simultaneous_upper, 4));
     }
   }
   text +=

@@ -289,8 +289,8 @@ Causes find_wrong_first_stretch(const Findings& findings) {
   constexpr std::size_t kFewest = 4, kParts = 10;
   constexpr double kMostOfSteps = 0.6;
   const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
-  const std::size_t steps = nis.steps.size(), end = end_of_first_stretch(nis);
   if (!is_inconsistent(nis.verdict) || nis.step_stride > 1 || noise_lasts(findings)) return {};
+  const std::size_t steps = nis.steps.size(), end = end_of_first_stretch(nis);
   if (end < kFewest || static_cast<double>(end) > kMostOfSteps * static_cast<double>(steps)) return {};
   const double excess = excess_of_steps(nis, 0, end), later = excess_of_steps(nis, end, steps);
   if (findings.nonlinear && excess > 0.0) return {};  // as its linearisation at an uncertain start makes it
@@ -332,8 +332,7 @@ Causes find_start_that_dies_out(const Findings& findings) {
   if (!by_nis && !by_nees) return {};
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
   const std::string_view quantity = by_nis ? "NIS" : "NEES";
-  const std::int64_t entry = verdict.worst_step + 1;
-  const std::string worst = verdict.text_of({.first = entry, .last = entry, .count = 1});
+  const std::string worst = verdict.text_of_step(verdict.worst_step + 1);
   const bool nees_before_fits = dead_reckoning_of(findings).fits;
   const bool first_error_fits =
       !by_nis &&

@@ -29,9 +29,8 @@ bool rises(const StepTest& from, const StepTest& to, double level) {
 // The same of innovations, which are white, against all before: at that step, or at the next, which is the
 // first that shows an error of a state that is not measured.
 bool innovations_rise(const ConsistencyVerdict& nis, std::size_t place, double level) {
-  double dof = 0.0;
-  for (std::size_t k = 0; k < std::min(place, nis.steps.size()); ++k) dof += nis.steps[k].total_dof;
-  const double before = 1.0 + excess_of_steps(nis, 0, std::min(place, nis.steps.size()));
+  const std::size_t known = std::min(place, nis.steps.size());
+  const double dof = dof_of_steps(nis, 0, known), before = 1.0 + excess_of_steps(nis, 0, known);
   if (!(dof > 0.0) || !(before > 0.0)) return false;
   for (std::size_t k = place; k < std::min(place + 2, nis.steps.size()); ++k) {
     const StepTest& step = nis.steps[k];
@@ -41,15 +40,13 @@ bool innovations_rise(const ConsistencyVerdict& nis, std::size_t place, double l
   return false;
 }
 
-// Whether more than the start can be wrong at a step, of those before which so many are known: of a nonlinear
-// filter the first few innovations are.
-bool is_past_the_start(std::size_t step, double known_before, const Findings& findings) {
-  constexpr std::int64_t kFewest = 3;
-  if (!findings.nonlinear) return known_before >= 1.0;
-  if (first_step(findings.nis) == nullptr) return known_before >= static_cast<double>(kFewest);
-  const auto begin = findings.nis.steps.begin();
-  const auto end = begin + static_cast<std::ptrdiff_t>(std::min(step, findings.nis.steps.size()));
-  return std::ranges::count_if(begin, end, &StepTest::has_data) >= kFewest;
+// Whether more than the start can be wrong at a step: of a nonlinear filter the first few innovations are, or
+// errors, where no innovation is known.
+bool is_past_the_start(const ConsistencyVerdict& verdict, std::size_t place, const Findings& findings) {
+  const bool by_innovations = findings.nonlinear && first_step(findings.nis) != nullptr;
+  const std::vector<StepTest>& steps = by_innovations ? findings.nis.steps : verdict.steps;
+  const auto end = steps.begin() + static_cast<std::ptrdiff_t>(std::min(place, steps.size()));
+  return std::ranges::count_if(steps.begin(), end, &StepTest::has_data) >= (findings.nonlinear ? 3 : 1);
 }
 
 // Whether the excess of a step is gone soon after it: most of it on average over all later steps, and some of
@@ -99,8 +96,8 @@ std::vector<std::size_t> later_rises(const ConsistencyVerdict& verdict, std::siz
   for (std::size_t k = place + 1; k < verdict.steps.size(); ++k) {
     const StepTest& step = verdict.steps[k];
     if (!step.has_data()) continue;
-    const bool again = excess_of(step) - excess_of(*last) > share * excess && rises(*last, step, level);
-    if (again && step.mean > step.simultaneous_upper) found.push_back(k);
+    const bool larger = excess_of(step) - excess_of(*last) > share * excess;
+    if (larger && step.mean > step.simultaneous_upper && rises(*last, step, level)) found.push_back(k);
     last = &step;
   }
   return found;
@@ -115,8 +112,7 @@ std::optional<Rise> lone_rise(const ConsistencyVerdict& verdict, const Findings&
       steps, [](const StepTest& step) { return step.has_data() && step.mean > step.simultaneous_upper; });
   const auto place = static_cast<std::size_t>(at - steps.begin());
   if (at == steps.end() || place + 1 == steps.size() || any_step_outside(verdict, place)) return std::nullopt;
-  const auto before = static_cast<double>(std::ranges::count_if(steps.begin(), at, &StepTest::has_data));
-  if (!is_past_the_start(place, before, findings) || !fades(verdict, place)) return std::nullopt;
+  if (!is_past_the_start(verdict, place, findings) || !fades(verdict, place)) return std::nullopt;
   const double most = excess_of(*at) / kMost;
   const auto is_larger = [&](const StepTest& step) { return step.has_data() && excess_of(step) > most; };
   if (std::any_of(at, steps.end(), is_larger)) return std::nullopt;
@@ -196,8 +192,7 @@ Causes find_wrong_step(const Findings& findings) {
       excess_of_steps(verdict, rise.place + 1, rise.place + 2) < kAllButGone * excess_of(step);
   if (ends_at_once && !findings.nonlinear) return {};  // an error of the truth, which no later one has
   const auto text_of = [&wrong](std::size_t place) {
-    const auto entry = static_cast<std::int64_t>(place) + 1;
-    return wrong->verdict.text_of({.first = entry, .last = entry, .count = 1});
+    return wrong->verdict.text_of_step(static_cast<std::int64_t>(place) + 1);
   };
   const std::size_t steps = verdict.steps.size(), end = rise.end < steps ? rise.end : rise.place + 1;
   const std::string lasting = lasting_text(verdict, rise.place);

@@ -141,11 +141,15 @@ bool stays(double excess, const ConsistencyVerdict& verdict) {
   return late * excess > 0.0 && std::abs(late) >= kAllButGone * std::abs(excess);
 }
 
-double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::size_t last) {
+double dof_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
   double dof = 0.0;
-  for (std::size_t k = first; k < last; ++k) {
-    if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
-  }
+  for (std::size_t k = first; k < last; ++k)
+    if (verdict.steps[k].has_data()) dof += verdict.steps[k].total_dof;
+  return dof;
+}
+
+double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::size_t last) {
+  const double dof = dof_of_steps(nis, first, last);
   return std::erfc(0.5 * std::abs(excess_of_steps(nis, first, last)) * std::sqrt(dof));
 }
 

@@ -59,6 +59,9 @@ bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t steps);
 /// Whether the second half has the excess still, and of the same sign.
 bool stays(double excess, const ConsistencyVerdict& verdict);
 
+/// The dof of the steps first … last − 1 that have data.
+double dof_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last);
+
 /// NIS is white, so that its sum over some steps is χ²: its p-value, 1 without data.
 double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::size_t last);
 

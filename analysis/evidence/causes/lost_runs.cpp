@@ -81,8 +81,7 @@ bool rows_are_steps(const RunSums& runs, const ConsistencyVerdict& nees) {
 }
 
 std::string place_of(const LostRun& run, bool by_step, const ConsistencyVerdict& nees) {
-  return by_step ? nees.text_of({.first = run.row, .last = run.row, .count = 1})
-                 : fmt::format("its row {}", run.row);
+  return by_step ? nees.text_of_step(run.row) : fmt::format("its row {}", run.row);
 }
 
 }  // namespace credence::internal

@@ -102,6 +102,10 @@ struct ConsistencyVerdict {
   std::string time_text(std::int64_t first, std::int64_t last) const;
   /// "step 3 (t = 0.3 s)" or "steps 3 to 7", of the runs; empty for none.
   std::string text_of(const StepSpan& span) const;
+  /// Of one of the steps given, from 1.
+  std::string text_of_step(std::int64_t entry) const {
+    return text_of({.first = entry, .last = entry, .count = 1});
+  }
 };
 
 /// The verdict on NEES, total or of a block of the state: steps correlated in time in any way.

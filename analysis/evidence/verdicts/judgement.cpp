@@ -373,16 +373,14 @@ void say_word(const Evidence& e, const JudgementContext& context, Judgement& j) 
 void name_causes(const Evidence& e, const JudgementContext& context, double memory, Judgement& j) {
   if (context.truth_fit == TruthFit::none) {
     j.causes = find_causes(findings_of(e, j));
-    if (!j.causes.empty() && j.causes.front().cause == Cause::unwrapped_angle) {
-      refuse_factor("an angle is not wrapped", j);
+    const auto first_is = [&j](Cause cause) { return !j.causes.empty() && j.causes.front().cause == cause; };
+    const bool unwrapped = first_is(Cause::unwrapped_angle);
+    if (unwrapped || first_is(Cause::one_step)) {
+      refuse_factor(
+          unwrapped ? "an angle is not wrapped" : "what happens at one step is most of what is wrong", j);
       j.scale_innovation = j.scale_covariance;
-    } else {
-      if (!j.causes.empty() && j.causes.front().cause == Cause::one_step) {
-        refuse_factor("what happens at one step is most of what is wrong", j);
-        j.scale_innovation = j.scale_covariance;
-      }
-      name_outliers(e, context, memory, j);
     }
+    if (!unwrapped) name_outliers(e, context, memory, j);
   }
   if (!context.copies.empty() && (is_inconsistent(j.word.verdict) || !j.causes.empty()))
     j.causes = {{Cause::shared_noise, context.copies}};

@@ -123,9 +123,8 @@ std::string coverage_says(const Judgement& j, const CoverageVerdict& c) {
   steps.step_stride = j.step_stride;
   steps.times = j.nees.times;
   return says + fmt::format("; what decided is {}, with {} of {} inside and {} % expected",
-                            steps.text_of({.first = c.worst_step + 1, .last = c.worst_step + 1, .count = 1}),
-                            step.count.inside, counted(step.count.total, "run"),
-                            number_text(100.0 * step.expected));
+                            steps.text_of_step(c.worst_step + 1), step.count.inside,
+                            counted(step.count.total, "run"), number_text(100.0 * step.expected));
 }
 
 void list_errors(const Evidence& e, const Judgement& j, std::vector<NamedTest>& tests) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -41,6 +42,19 @@ Step step_of_two_blocks() {
   step.innovations.resize(1);
   return step;
 }
+
+/// With the places of the states of each step.
+struct Normaliser {
+  const RunLayout& layout;
+  StepPlaces places = {};
+  StepNormaliser normaliser = {};
+  NormalisedStep result = {};
+
+  std::string_view normalise(const Step& step) {
+    places.find(step.states, layout);
+    return normaliser.normalise(step, layout, places, result);
+  }
+};
 
 TEST(StepPlaces, AreThoseOfTheStatesThatAStepHas) {
   const RunLayout layout = layout_of_plane();
@@ -84,45 +98,41 @@ TEST(StepNormaliser, HasTheNumbersOfTheMatricesByHand) {
   Step step = step_of_two_blocks();
   // ν = (2, 1) of S = [4 2; 2 5], det 16: (5·4 − 2·2·2 + 4)/16 = 1; tr(S⁻¹ diag(1, 2))/2 = (5 + 8)/32.
   step.innovations[0] = {Vector{{2.0, 1.0}}, Matrix{{4.0, 2.0}, {2.0, 5.0}}};
-  StepPlaces places;
-  places.find(step.states, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_NEAR(result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
-  EXPECT_EQ(result.whole.dof, 3);
-  EXPECT_EQ(result.P, step.P);
-  EXPECT_NEAR(result.log_determinant, std::log(0.75 * 4.0), 1e-14);
-  ASSERT_EQ(result.blocks.size(), 2U);
-  EXPECT_NEAR(result.blocks[0].value, 4.0 / 3.0, 1e-14);
-  EXPECT_EQ(result.blocks[0].dof, 2);
-  EXPECT_EQ(result.blocks[1].value, 4.0);
-  EXPECT_EQ(result.blocks[1].dof, 1);
-  EXPECT_EQ(result.lead.P, step.P.topLeftCorner(2, 2));
-  EXPECT_EQ(result.lead.error, step.error.head(2));
-  EXPECT_NEAR(result.innovations[0].value, 1.0, 1e-14);
-  EXPECT_NEAR(result.innovations[0].noise_share, 13.0 / 32.0, 1e-14);
-  EXPECT_EQ(result.variance, Vector(step.P.diagonal()));
+  Normaliser of{layout};
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_NEAR(of.result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
+  EXPECT_EQ(of.result.whole.dof, 3);
+  EXPECT_EQ(of.result.P, step.P);
+  EXPECT_NEAR(of.result.log_determinant, std::log(0.75 * 4.0), 1e-14);
+  ASSERT_EQ(of.result.blocks.size(), 2U);
+  EXPECT_NEAR(of.result.blocks[0].value, 4.0 / 3.0, 1e-14);
+  EXPECT_EQ(of.result.blocks[0].dof, 2);
+  EXPECT_EQ(of.result.blocks[1].value, 4.0);
+  EXPECT_EQ(of.result.blocks[1].dof, 1);
+  EXPECT_EQ(of.result.lead.P, step.P.topLeftCorner(2, 2));
+  EXPECT_EQ(of.result.lead.error, step.error.head(2));
+  EXPECT_NEAR(of.result.innovations[0].value, 1.0, 1e-14);
+  EXPECT_NEAR(of.result.innovations[0].noise_share, 13.0 / 32.0, 1e-14);
+  EXPECT_EQ(of.result.variance, Vector(step.P.diagonal()));
 
   // tr(S⁻¹ R)/m with S⁻¹ = [5 −2; −2 4]/16: an R of the step comes before that of the layout.
   Matrix& R = step.innovations[0].R;
   R = Vector{{2.0, 0.5}}.asDiagonal();
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_NEAR(result.innovations[0].noise_share, 12.0 / 32.0, 1e-14);
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_NEAR(of.result.innovations[0].noise_share, 12.0 / 32.0, 1e-14);
   R = Matrix{{2.0, 0.5}, {0.5, 0.5}};
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_NEAR(result.innovations[0].noise_share, 10.0 / 32.0, 1e-14);
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_NEAR(of.result.innovations[0].noise_share, 10.0 / 32.0, 1e-14);
 
   // A silent sensor and a step without states leave nothing behind.
   step = {.step = 2};
   step.innovations.resize(1);
-  places.find(step.states, layout);
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_EQ(result.whole.dof, -1);
-  EXPECT_EQ(result.blocks[1].dof, -1);
-  EXPECT_EQ(result.innovations[0].dof, -1);
-  EXPECT_TRUE(std::isnan(result.innovations[0].noise_share));
-  EXPECT_TRUE(std::isnan(result.log_determinant));
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_EQ(of.result.whole.dof, -1);
+  EXPECT_EQ(of.result.blocks[1].dof, -1);
+  EXPECT_EQ(of.result.innovations[0].dof, -1);
+  EXPECT_TRUE(std::isnan(of.result.innovations[0].noise_share));
+  EXPECT_TRUE(std::isnan(of.result.log_determinant));
 }
 
 TEST(StepNormaliser, WithoutAJointCovarianceTheBlocksAddUp) {
@@ -130,71 +140,60 @@ TEST(StepNormaliser, WithoutAJointCovarianceTheBlocksAddUp) {
   layout.joint_covariance = false;
   Step step = step_of_two_blocks();
   step.P(0, 2) = step.P(2, 0) = kNaN;  // between the blocks: not known
-  StepPlaces places;
-  places.find(step.states, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_NEAR(result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
-  EXPECT_EQ(result.whole.dof, 3);
-  EXPECT_TRUE(std::isnan(result.log_determinant));
+  Normaliser of{layout};
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_NEAR(of.result.whole.value, 4.0 / 3.0 + 4.0, 1e-14);
+  EXPECT_EQ(of.result.whole.dof, 3);
+  EXPECT_TRUE(std::isnan(of.result.log_determinant));
   // A state that is known exactly is no degree of freedom.
   step.error[2] = 0.0;
   step.P(2, 2) = 0.0;
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_NEAR(result.whole.value, 4.0 / 3.0, 1e-14);
-  EXPECT_EQ(result.whole.dof, 2);
-  EXPECT_EQ(result.blocks[1].dof, 0);
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_NEAR(of.result.whole.value, 4.0 / 3.0, 1e-14);
+  EXPECT_EQ(of.result.whole.dof, 2);
+  EXPECT_EQ(of.result.blocks[1].dof, 0);
 }
 
 // A step that is left out is no evidence, and a diverged filter would look right without it.
 TEST(StepNormaliser, AnErrorBeyondAllSquaresIsOfTheLargestThatCanBeSquared) {
   const RunLayout layout = layout_of_two_blocks();
-  StepPlaces places;
-  places.find({0, 1, 2}, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
+  Normaliser of{layout};
   for (const double error : {1e141, -1e200, 1e308}) {
     Step step = step_of_two_blocks();
     step.error[2] = error;
     step.innovations[0] = {Vector{{error}}, Matrix{{4.0}}};
-    EXPECT_EQ(normaliser.normalise(step, layout, places, result), "") << error;
-    EXPECT_GT(result.whole.value, 1e279) << error;
-    EXPECT_TRUE(std::isfinite(result.whole.value)) << error;
-    EXPECT_NEAR(result.error[2], std::copysign(1e140 * std::sqrt(step.P(2, 2)), error), 1e126) << error;
-    EXPECT_NEAR(result.innovations[0].value, 1e280, 1e266) << error;
+    EXPECT_EQ(of.normalise(step), "") << error;
+    EXPECT_GT(of.result.whole.value, 1e279) << error;
+    EXPECT_TRUE(std::isfinite(of.result.whole.value)) << error;
+    EXPECT_NEAR(of.result.error[2], std::copysign(1e140 * std::sqrt(step.P(2, 2)), error), 1e126) << error;
+    EXPECT_NEAR(of.result.innovations[0].value, 1e280, 1e266) << error;
   }
   Step tiny = step_of_two_blocks();
   tiny.P *= 1e-310;
-  EXPECT_EQ(normaliser.normalise(tiny, layout, places, result), "");
-  EXPECT_GT(result.whole.value, 1e279);
+  EXPECT_EQ(of.normalise(tiny), "");
+  EXPECT_GT(of.result.whole.value, 1e279);
   Step inside = step_of_two_blocks();
   inside.error[2] = 1e139 * std::sqrt(inside.P(2, 2));
-  EXPECT_EQ(normaliser.normalise(inside, layout, places, result), "");
-  EXPECT_EQ(result.error[2], inside.error[2]);
+  EXPECT_EQ(of.normalise(inside), "");
+  EXPECT_EQ(of.result.error[2], inside.error[2]);
 }
 
 TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   const RunLayout layout = layout_of_two_blocks();
-  StepPlaces places;
-  places.find({0, 1, 2}, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
+  Normaliser of{layout};
   Step step = step_of_two_blocks();
   step.P = Matrix::Ones(3, 3);  // which knows differences of states
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
-            "an error where the covariance claims certainty");
+  EXPECT_EQ(of.normalise(step), "an error where the covariance claims certainty");
   step = step_of_two_blocks();
   step.P(0, 1) = step.P(1, 0) = 2.0;
-  EXPECT_NE(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NE(of.normalise(step), "");
   step = step_of_two_blocks();
   step.innovations[0] = {Vector{{1.0}}, Matrix{{-1.0}}};
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
-            "S of an innovation is not positive semidefinite");
+  EXPECT_EQ(of.normalise(step), "S of an innovation is not positive semidefinite");
   step = step_of_two_blocks();
   step.problem = "a covariance is not symmetric";
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result), step.problem);
-  EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
+  EXPECT_EQ(of.normalise(step), step.problem);
+  EXPECT_EQ(of.normalise(step_of_two_blocks()), "");
 }
 
 // Of what is left NEES is that of the first block alone, 4/3 of 2 dof; the error itself stays for its RMSE.
@@ -203,46 +202,40 @@ TEST(StepNormaliser, AStateThatErrsWhereItIsKnownIsLeftOut) {
   Step step = step_of_two_blocks();
   step.line = 7;
   step.innovations[0] = {Vector{{2.0, 1.0}}, Matrix{{4.0, 2.0}, {2.0, 5.0}}};
-  StepPlaces places;
-  places.find(step.states, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
+  Normaliser of{layout};
   for (const bool joint : {true, false}) {
     layout.joint_covariance = joint;
     step.P.row(2).setZero();
     step.P.col(2).setZero();
     if (!joint) step.P(0, 2) = step.P(2, 0) = kNaN;
-    ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-    EXPECT_EQ(result.wrongly_certain, std::vector<Index>{2});
-    EXPECT_EQ(result.line, 7);
-    EXPECT_NEAR(result.whole.value, 4.0 / 3.0, 1e-14);
-    EXPECT_EQ(result.whole.dof, 2);
-    EXPECT_EQ(result.blocks[1].dof, 0);
-    EXPECT_EQ(result.error, step.error);
-    EXPECT_EQ(result.innovations[0].dof, 2);
-    EXPECT_EQ(normaliser.factor_of_state(), nullptr);
+    ASSERT_EQ(of.normalise(step), "");
+    EXPECT_EQ(of.result.wrongly_certain, std::vector<Index>{2});
+    EXPECT_EQ(of.result.line, 7);
+    EXPECT_NEAR(of.result.whole.value, 4.0 / 3.0, 1e-14);
+    EXPECT_EQ(of.result.whole.dof, 2);
+    EXPECT_EQ(of.result.blocks[1].dof, 0);
+    EXPECT_EQ(of.result.error, step.error);
+    EXPECT_EQ(of.result.innovations[0].dof, 2);
+    EXPECT_EQ(of.normaliser.factor_of_state(), nullptr);
   }
   step.P(0, 2) = step.P(2, 0) = 0.1;  // of a state without variance
   layout.joint_covariance = true;
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "a zero variance has a covariance");
-  EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
-  EXPECT_TRUE(result.wrongly_certain.empty());
+  EXPECT_EQ(of.normalise(step), "a zero variance has a covariance");
+  EXPECT_EQ(of.normalise(step_of_two_blocks()), "");
+  EXPECT_TRUE(of.result.wrongly_certain.empty());
 }
 
 TEST(StepNormaliser, ANisThatIsNoneIsNotAddedUp) {
   RunLayout layout = layout_of_two_blocks();
   layout.sensors[0].nis_alone = true;
-  StepPlaces places;
-  places.find({0, 1, 2}, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
+  Normaliser of{layout};
   Step step = step_of_two_blocks();
   for (const double none : {kNaN, -1.0, std::numeric_limits<double>::infinity(), 1e301}) {
     step.innovations = {nis_alone(none)};
-    EXPECT_EQ(normaliser.normalise(step, layout, places, result), "a NIS that cannot be added up") << none;
+    EXPECT_EQ(of.normalise(step), "a NIS that cannot be added up") << none;
   }
   step.innovations = {nis_alone(1e299)};
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_EQ(of.normalise(step), "");
 }
 
 // As in a log of a vehicle that starts certain and drives along y: in x it claims a σ of 1e-18 at a place of
@@ -252,19 +245,14 @@ TEST(StepNormaliser, WhatIsBelowTheRoundingOfTheEstimateIsCertain) {
   Step step{.step = 1, .states = {0, 1, 2}, .error = Vector{{0.0, 0.5, 0.0}}};
   step.P = Vector{{1e-36, 1.0, 4.0}}.asDiagonal();
   step.P(0, 1) = step.P(1, 0) = 1e-18;
-  StepPlaces places;
-  places.find(step.states, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
-            "an error where the covariance claims certainty");
+  Normaliser of{layout};
+  EXPECT_EQ(of.normalise(step), "an error where the covariance claims certainty");
   step.estimate = Vector{{9.5, 1.0, 1.0}};
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_NEAR(result.whole.value, 0.25, 1e-14);
-  EXPECT_EQ(result.whole.dof, 2);
+  EXPECT_EQ(of.normalise(step), "");
+  EXPECT_NEAR(of.result.whole.value, 0.25, 1e-14);
+  EXPECT_EQ(of.result.whole.dof, 2);
   step.error[0] = 1e-12;  // more than rounding
-  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
-            "an error where the covariance claims certainty");
+  EXPECT_EQ(of.normalise(step), "an error where the covariance claims certainty");
 }
 
 // The benchmark starts exactly and along y: after a step σ of x is 6e-19 at a place of 9.5, so that the
@@ -300,23 +288,20 @@ TEST(StepNormaliser, LooksAtThePoseAndEachLandmarkInItsTurn) {
   Step step{.step = 2, .states = {0, 1, 2, 3, 4, 5, 6}, .error = Vector::LinSpaced(7, 1.0, 7.0)};
   step.estimate = Vector::LinSpaced(7, 11.0, 17.0);
   step.P = Vector::LinSpaced(7, 1.0, 7.0).asDiagonal();
-  StepPlaces places;
-  places.find(step.states, layout);
-  StepNormaliser normaliser;
-  NormalisedStep result;
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_EQ(result.moving.places, (Places{0, 1, 2, 3, 4}));
-  EXPECT_EQ(result.position.error, (Vector{{1.0, 2.0}}));
+  Normaliser of{layout};
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_EQ(of.result.moving.places, (Places{0, 1, 2, 3, 4}));
+  EXPECT_EQ(of.result.position.error, (Vector{{1.0, 2.0}}));
   step.step = 3;
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_EQ(result.moving.places, (Places{0, 1, 2, 5, 6}));
-  EXPECT_EQ(result.moving.error, (Vector{{1.0, 2.0, 3.0, 6.0, 7.0}}));
-  EXPECT_EQ(result.moving.P.diagonal(), (Vector{{1.0, 2.0, 3.0, 6.0, 7.0}}));
-  EXPECT_EQ(result.estimate, step.estimate);
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_EQ(of.result.moving.places, (Places{0, 1, 2, 5, 6}));
+  EXPECT_EQ(of.result.moving.error, (Vector{{1.0, 2.0, 3.0, 6.0, 7.0}}));
+  EXPECT_EQ(of.result.moving.P.diagonal(), (Vector{{1.0, 2.0, 3.0, 6.0, 7.0}}));
+  EXPECT_EQ(of.result.estimate, step.estimate);
   step.estimate.resize(0);  // no motion is known
-  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
-  EXPECT_TRUE(result.moving.places.empty());
-  EXPECT_EQ(result.estimate.size(), 0);
+  ASSERT_EQ(of.normalise(step), "");
+  EXPECT_TRUE(of.result.moving.places.empty());
+  EXPECT_EQ(of.result.estimate.size(), 0);
 }
 
 // Of an inertial filter of 21 states, six of which are estimates, these; of one of 25 estimates none.
@@ -332,13 +317,10 @@ TEST(StepNormaliser, LooksAtTheStatesWhoseEstimatesAreKnown) {
       step.states.push_back(i);
     }
     layout.angles.assign(layout.states.size(), false);
-    StepPlaces places;
-    places.find(step.states, layout);
-    StepNormaliser normaliser;
-    NormalisedStep result;
-    EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
-    EXPECT_EQ(result.moving.error, step.error(result.moving.places));
-    return result.moving.places;
+    Normaliser of{layout};
+    EXPECT_EQ(of.normalise(step), "");
+    EXPECT_EQ(of.result.moving.error, step.error(of.result.moving.places));
+    return of.result.moving.places;
   };
   EXPECT_EQ(moving_of(21, 6), (Places{15, 16, 17, 18, 19, 20}));
   EXPECT_EQ(moving_of(24, 24).size(), 24U);
