@@ -303,7 +303,7 @@ namespace credence {
 using namespace internal;
 
 RankDecision decide_rank(const Vector& values, double tolerance) {
-  require_finite("the values", values);
+  require_finite("a vector of singular values", values);
   RankDecision decision;
   decision.singular_values = values;
   std::sort(decision.singular_values.data(), decision.singular_values.data() + values.size(),

@@ -157,6 +157,11 @@ void throw_unknown_key(const Setting& setting, std::span<const Setting> settings
                                     close.empty() ? ";" : fmt::format(", did you mean [{}]?", close),
                                     sections_text()));
   }
+  const std::string section = fmt::format("{}.{}", setting.section, setting.key);
+  if (std::ranges::count(scenario_sections(), section) > 0) {
+    throw ScenarioError(fmt::format("{}: is a section, [{}], and no value; it accepts {}", setting.place,
+                                    section, fmt::join(names_of(section, chosen_model(settings)), ", ")));
+  }
   const std::string_view close = closest_word(setting.key, names);
   throw ScenarioError(fmt::format("{}: unknown key{} [{}] accepts {}", setting.place,
                                   meant(close.empty() ? keys_elsewhere(setting.key) : std::string(close)),

@@ -213,6 +213,12 @@ def require_text(value: Any, argument: str) -> str:
     return value
 
 
+def require_flag(value: Any, argument: str) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{argument} = {value!r}: expected True or False")
+    return bool(value)
+
+
 def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
     """States that are named, numbered, marked by booleans, or sliced, as ascending numbers."""
     if isinstance(which, slice):
@@ -231,11 +237,14 @@ def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
         if isinstance(w, str):
             if w not in names:
                 raise ValueError(f"{argument}: there is no state '{w}' among {', '.join(names)}")
-            found.add(names.index(w))
-        elif isinstance(w, (int, np.integer)) and -len(names) <= w < len(names):
-            found.add(int(w) % len(names))
+            i = names.index(w)
+        elif isinstance(w, (int, np.integer)) and not isinstance(w, bool) and -len(names) <= w < len(names):
+            i = int(w) % len(names)
         else:
             raise ValueError(f"{argument}: there is no state {w!r}; the state has {len(names)}")
+        if i in found:
+            raise ValueError(f"{argument} has {w!r} twice")
+        found.add(i)
     return sorted(found)
 
 

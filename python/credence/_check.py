@@ -7,7 +7,8 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import float_array, following, indices, leading, require_distinct, require_text, states_of, units_of
+from ._arrays import float_array, following, indices, leading, require_distinct, require_flag, require_text, states_of
+from ._arrays import units_of
 from ._result import Result
 
 Progress = Callable[[float, float], Any]
@@ -80,8 +81,8 @@ def collector(
         of_blocks,
         sensors,
         has_truth,
-        bool(nonlinear),
-        bool(inflated),
+        require_flag(nonlinear, "nonlinear"),
+        require_flag(inflated, "inflated"),
     )
 
 
@@ -104,6 +105,11 @@ def require_whole(value: Any, argument: str, least: int, most: int) -> int:
 def require_threads(threads: int) -> None:
     if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 4096:
         raise ValueError(f"threads = {threads!r}: expected 0 to 4096")
+
+
+def require_progress(progress: Any) -> None:
+    if progress is not None and not callable(progress):
+        raise ValueError(f"progress = {progress!r}: expected a function of (done, total)")
 
 
 def check(
@@ -172,13 +178,18 @@ def check(
         raise ValueError("innovation and S belong together: one of them is None")
     if error is None and (innovation is None or (isinstance(innovation, Mapping) and not innovation)):
         raise ValueError("nothing to judge: give error and P, or innovation and S, or all four")
-    if estimate is not None and error is None:
-        raise ValueError("estimate says where the errors are: error is None")
+    of_states = {"estimate": estimate, "names": names, "angles": angles, "units": units, "blocks": blocks}
+    of_sensors = {"innovation_angles": innovation_angles, "observation": observation, "R": R}
+    for lead, given, arguments in (("error", error, of_states), ("innovation", innovation, of_sensors)):
+        alone = [argument for argument, value in arguments.items() if value is not None]
+        if given is None and alone:
+            raise ValueError(f"{alone[0]} belongs to {lead}, which is None")
     require_confidence(confidence)
     require_threads(threads)
     require_between(within, "within", 0.001, 10)
     require_between(dt, "dt", 0, 1e6)
     require_text(name, "name")
+    sensitivity = require_flag(sensitivity, "sensitivity")
 
     nus = {} if innovation is None else _by_sensor(innovation)
     covariances = {} if S is None else _by_sensor(S)

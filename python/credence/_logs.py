@@ -6,8 +6,8 @@ import os
 from typing import Optional, Sequence, Union
 
 from . import _credence
-from ._arrays import require_text, system_path
-from ._check import Progress, require_between, require_confidence, require_threads
+from ._arrays import require_flag, require_text, system_path
+from ._check import Progress, require_between, require_confidence, require_progress, require_threads
 from ._messages import names_arguments
 from ._result import Result
 
@@ -65,7 +65,11 @@ def check_logs(
     """
     require_confidence(confidence)
     require_threads(threads)
-    require_text(name, "name")
+    words = {"name": name, "format": format, "topic": topic, "truth_topic": truth_topic, "chart": chart, "align": align}
+    for argument, word in words.items():
+        require_text(word, argument)
+    partial, sensitivity = require_flag(partial, "partial"), require_flag(sensitivity, "sensitivity")
+    require_progress(progress)
     require_between(within, "within", 0.001, 10)
     require_between(max_time_difference, "max_time_difference", 1e-9, 1e9)
     if isinstance(time_offset, str) and time_offset not in ("estimate", "each"):

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import system_path
-from ._check import Progress, require_threads
+from ._check import Progress, require_progress, require_threads
 from ._messages import names_arguments
 from ._result import Result, Verdict
 
@@ -84,6 +84,7 @@ def run(
     Raises ValueError for a scenario that is not accepted, naming the key.
     """
     require_threads(threads)
+    require_progress(progress)
     return Result(_credence.run(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads, progress))
 
 
@@ -164,6 +165,7 @@ def sweep(
     Arguments are those of ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
     """
     require_threads(threads)
+    require_progress(progress)
     return Sweep(_credence.sweep(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads, progress))
 
 

@@ -11,7 +11,8 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _credence
-from ._check import Progress, require_threads
+from ._arrays import require_text
+from ._check import Progress, require_progress, require_threads
 from ._messages import names_arguments
 from ._result import Verdict
 from ._run import Scenario, _read
@@ -119,4 +120,6 @@ def tune(
         if value is not None:
             overrides[f"study.{key}"] = value
     require_threads(threads)
+    require_progress(progress)
+    require_text(free, "free")
     return Tuning(_credence.tune(*_read(scenario, overrides), free, threads, progress))

@@ -9,6 +9,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
+from ._arrays import require_flag
 from ._check import require_confidence, require_whole
 from ._play import CHUNK, LARGEST_SEED, Chunk, Plan, require_same_twice, warn_of_no_batch
 from ._players import Players
@@ -138,6 +139,7 @@ def tune_filter(
     noise_group = require_whole(noise_group, "noise_group", 0, LARGEST_SEED)
     workers = require_whole(workers, "workers", 1, MOST_WORKERS)
     require_confidence(confidence)
+    batch = require_flag(batch, "batch")
     factors = _factors(start)
     names, n, marked = plugged_states(world, made_by(filter, **factors), names, angles)
     switches = switches_of(noise)

@@ -174,7 +174,7 @@ def test_late_measurements_are_told_where_the_estimate_is_given():
         credence.check(error, P, estimate=gone)
     with pytest.raises(ValueError, match=r"^estimate has shape \(150, 40, 1\): expected \(150, 40, 2\), as error$"):
         credence.check(error, P, estimate=estimate[..., :1])
-    with pytest.raises(ValueError, match="error is None"):
+    with pytest.raises(ValueError, match="^estimate belongs to error, which is None"):
         credence.check(innovation=error, S=np.eye(2), estimate=estimate)
 
 
@@ -442,6 +442,20 @@ def test_bad_arrays_are_named():
     )
     assert bad(lambda a: a.update(error=[[[1.0, 2.0], [3.0]]])).startswith("error: ")
     assert bad(lambda a: a.update(blocks={"none": []})) == "blocks['none'] has no states"
+    assert bad(lambda a: a.update(blocks={"a": [0, 0]})) == "blocks['a'] has 0 twice"
+    assert bad(lambda a: a.update(angles=["x1", 0])) == "angles has 0 twice"
+    assert bad(lambda a: a.update(angles=[True, 1])) == "angles: there is no state True; the state has 2"
+    for flag in ("nonlinear", "inflated", "sensitivity"):
+        assert bad(lambda a: a.update({flag: "no"})) == f"{flag} = 'no': expected True or False"
+    states = {"estimate": np.zeros((5, 20, 2)), "names": ["x"], "angles": [0], "units": ["m"], "blocks": {"a": [0]}}
+    for argument, value in states.items():
+        assert bad(lambda a: a.update({"error": None, "P": None, argument: value})) == (
+            f"{argument} belongs to error, which is None"
+        )
+    for argument, value in {"innovation_angles": [0], "observation": 1, "R": np.eye(1)}.items():
+        assert bad(lambda a: a.update({"innovation": None, "S": None, argument: value})) == (
+            f"{argument} belongs to innovation, which is None"
+        )
     for threads in (-1, 4097, 1.5, True):
         assert bad(lambda a: a.update(threads=threads)) == f"threads = {threads}: expected 0 to 4096"
     with pytest.raises(ValueError, match="nothing to judge"):

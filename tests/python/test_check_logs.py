@@ -59,6 +59,14 @@ def test_options_are_those_that_the_command_accepts(tmp_path):
     for apart in (-1.0, 0.0, float("nan")):
         with pytest.raises(ValueError, match=r"^max_time_difference = "):
             credence.check_logs(file, max_time_difference=apart)
+    for flag in ("partial", "sensitivity"):
+        with pytest.raises(ValueError, match=f"^{flag} = 1: expected True or False"):
+            credence.check_logs(file, **{flag: 1})
+    for word in ("format", "topic", "truth_topic", "chart", "align"):
+        with pytest.raises(ValueError, match=f"^{word} = 3: expected a str"):
+            credence.check_logs(file, **{word: 3})
+    with pytest.raises(ValueError, match=r"^progress = 3: expected a function of \(done, total\)"):
+        credence.check_logs(file, progress=3)
 
 
 def test_a_failed_run_has_its_name(tmp_path):

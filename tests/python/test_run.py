@@ -74,6 +74,9 @@ def test_what_is_wrong_is_named():
         credence.run(SCENARIO, **{"world.landmark_count": 3})
     with pytest.raises(ValueError, match="threads = -1: expected 0 to 4096"):
         credence.run(SCENARIO, threads=-1)
+    for plays in (credence.run, credence.sweep, credence.tune):
+        with pytest.raises(ValueError, match=r"^progress = 3: expected a function of \(done, total\)"):
+            plays(SCENARIO, progress=3)
     with pytest.raises(ValueError, match="no section"):
         credence.run({"landmarks": 2})
     with pytest.raises(ValueError, match="nowhere.toml"):

@@ -496,6 +496,9 @@ def test_plugs_that_are_none_are_named():
     )
     with pytest.raises(ValueError, match="runs = 0"):
         credence.study(World(), Filter, runs=0)
+    for flag in ("batch", "nonlinear", "inflated"):
+        with pytest.raises(ValueError, match=f"^{flag} = 'no': expected True or False"):
+            credence.study(World(), Filter, runs=5, steps=5, **{flag: "no"})
 
 
 @pytest.mark.parametrize(

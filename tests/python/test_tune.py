@@ -43,6 +43,8 @@ def test_what_cannot_be_told_is_no_number():
 def test_what_is_not_accepted_is_named():
     with pytest.raises(ValueError, match="nothing to tune"):
         credence.tune(LEVEL, free="S")
+    with pytest.raises(ValueError, match="^free = 3: expected a str"):
+        credence.tune(LEVEL, free=3)
 
 
 def test_a_tuning_tells_how_far_it_is():

@@ -250,6 +250,11 @@ def test_numbers_that_are_none_are_named(wrong):
         credence.tune_filter(World(), Scaled, {"q": 1.0}, **{"runs": 5, "steps": 5, **wrong})
 
 
+def test_batch_is_a_flag():
+    with pytest.raises(ValueError, match="^batch = 'no': expected True or False"):
+        credence.tune_filter(World(), Scaled, {"q": 1.0}, runs=5, steps=5, batch="no")
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3, 5])
 def test_trials_that_fail_do_not_end_the_search(seed):
     class Limited(Scaled):

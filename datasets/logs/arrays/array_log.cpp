@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -125,10 +126,11 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
 void tell_unread(const ArrayFile& file, const ArrayRoles& roles, const RunLayout& layout, LogSink& sink) {
   constexpr std::size_t kMost = 8;
   const auto lacks_its_sensor = [&layout](std::string_view name) {
-    constexpr std::string_view kPrefixes[] = {"S_", "R_", "observation_"};
-    return std::ranges::any_of(kPrefixes, [&](std::string_view prefix) {
-      return name.starts_with(prefix) && std::ranges::find(layout.sensors, name.substr(prefix.size()),
-                                                           &Sensor::name) == layout.sensors.end();
+    return std::ranges::any_of(std::initializer_list{kS, kR, kObservation}, [&](std::string_view array) {
+      const bool named = name.starts_with(array) && name.substr(array.size()).starts_with("_");
+      if (!named && name != array) return false;
+      const std::string_view sensor = named ? name.substr(array.size() + 1) : "";
+      return std::ranges::find(layout.sensors, sensor, &Sensor::name) == layout.sensors.end();
     });
   };
   std::vector<std::string> unread;

@@ -72,6 +72,8 @@ TEST(ScenarioResolve, AnUnknownKeyIsProposed) {
       StartsWith("here: [world] landmark: unknown key, did you mean landmarks? [world] accepts model"));
   EXPECT_THAT(refused({of_model("monobot"), given("study", "landmarks", std::int64_t{2})}).text,
               HasSubstr("did you mean world.landmarks?"));
+  EXPECT_THAT(refused({of_model("monobot"), given("study", "stop", std::int64_t{3})}).text,
+              StartsWith("here: [study] stop: is a section, [study.stop], and no value; it accepts "));
   EXPECT_THAT(refused({of_model("monobot"), given("studdy", "nothing", std::int64_t{2})}).text,
               HasSubstr("unknown section, did you mean [study]? accepted are [world]"));
   EXPECT_THAT(refused({of_model("monobot"), given("", "runs", std::int64_t{2})}).text,

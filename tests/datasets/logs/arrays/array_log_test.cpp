@@ -84,6 +84,9 @@ TEST(ArrayLog, arrays_that_nobody_reads_are_named) {
   EXPECT_EQ(read_in_memory(file).said(), "Not read: innovaton, R_gps.\n");
   file.add("names", {});  // as a reader says of names that are no text
   EXPECT_EQ(read_in_memory(file).said(), "Not read: innovaton, R_gps, names.\n");
+  // Of a sensor whose innovations are not there.
+  file.add("S", {1, 1, 1, 1}, {1}).add("R", {1, 1}, {1}).add("observation", {}, {1});
+  EXPECT_EQ(read_in_memory(file).said(), "Not read: innovaton, R_gps, names, S, R, observation.\n");
 }
 
 TEST(ArrayLog, dimensions_the_other_way_round_are_told_how_to_turn) {
