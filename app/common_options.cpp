@@ -11,6 +11,9 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "app/say.h"
+#include "reports/document/report_index.h"
+
 namespace credence::internal {
 
 std::vector<std::string> CommonOptions::overrides() const {
@@ -19,6 +22,11 @@ std::vector<std::string> CommonOptions::overrides() const {
   if (steps) all.push_back(fmt::format("study.steps={}", *steps));
   if (seed) all.push_back(fmt::format("study.seed={}", *seed));
   return all;
+}
+
+void tell_of_stop_rule(const Scenario& scenario, std::string_view command) {
+  if (scenario.stop == StopSettings()) return;
+  say(fmt::format("{}: {} leaves [study.stop] aside, which is of run and sweep", scenario.name, command));
 }
 
 ReportFolder CommonOptions::report_folder() const { return {out, paper_style(figures)}; }
@@ -57,6 +65,17 @@ std::string writable_folder(const std::string& folder) {
                      std::generic_category().message(errno));
 }
 
+std::string folder_for_page(const std::string& folder) {
+  const std::filesystem::path page = std::filesystem::path(folder) / "index.html";
+  std::error_code error;
+  if (std::filesystem::is_regular_file(page, error) && !is_report_page(page)) {
+    return fmt::format(
+        "{}: is there already and no page of a report: name another folder, or move the file away",
+        page.string());
+  }
+  return writable_folder(folder);
+}
+
 std::string writable_file(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -70,7 +89,7 @@ std::string writable_file(const std::string& file) {
 void add_output_options(CLI::App& command, CommonOptions& options) {
   CLI::Option* const out = command.add_option("--out", options.out, "folder for the report and its figures")
                                ->type_name("DIR")
-                               ->check(writable_folder);
+                               ->check(folder_for_page);
   add_figures_option(command, options);
   command.get_option("--figures")->needs(out);
   add_print_options(command, options);

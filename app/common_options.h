@@ -4,8 +4,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "montecarlo/scenario/scenario.h"
 #include "reports/figures/paper_style.h"
 
 namespace CLI {
@@ -40,6 +42,9 @@ void add_common_options(CLI::App& command, CommonOptions& options);
 /// Why nothing can be written into this folder, which may be made later; empty where it can be.
 std::string writable_folder(const std::string& folder);
 
+/// The same of a folder for a report, whose page is to replace nobody else's.
+std::string folder_for_page(const std::string& folder);
+
 /// The same of a file in a folder that is there.
 std::string writable_file(const std::string& file);
 
@@ -55,6 +60,9 @@ void add_print_options(CLI::App& command, CommonOptions& options,
 
 /// Declares --runs, --steps and --seed.
 void add_study_options(CLI::App& command, CommonOptions& options);
+
+/// Says that `command` makes all runs, where the scenario has a rule that would end them early.
+void tell_of_stop_rule(const Scenario& scenario, std::string_view command);
 
 /// Declares --set.
 void add_setting_option(CLI::App& command, CommonOptions& options);

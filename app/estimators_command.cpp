@@ -64,6 +64,11 @@ int estimators(EstimatorsCommand& command) {
   command.study.stop = &catch_interrupt();
   command.study.ranks = launched_ranks();
   command.study.progress = [&](const StudyProgress& progress) { display.show(progress); };
+  tell_of_stop_rule(plan.points.front().scenario, "estimators");
+  for (const std::string& setting : command.settings) {
+    if (setting.starts_with("filter.estimator="))
+      say("credence: --set " + setting + " is left aside: --estimators says which are compared");
+  }
   if (!plan.axes.empty()) return map_of_sweep(command, plan);
   command.study.run_command = "credence run " + shell_word(command.scenario);
   for (const std::string& setting : command.overrides())

@@ -33,7 +33,9 @@ std::string progress_sentence(const StoredStudy& study) {
                         missing_text(study, behind));
   }
   if (study.writer) text += fmt::format("; process {} goes on with them", *study.writer);
-  return text + fmt::format("; made by version {}.", study.tool_version);
+  return text + fmt::format("; made by {} {}.",
+                            study.tool_version.find(',') == std::string::npos ? "version" : "versions",
+                            study.tool_version);
 }
 
 /// The sweep of a folder alone: it has tables and a report of its own.
@@ -128,7 +130,7 @@ void add_report_command(CLI::App& app) {
   command->add_option("directory", options->directory, "folder with stored results")->required();
   command->add_option("--out", options->out, "folder for the pages; default: that of the results")
       ->type_name("DIR")
-      ->check(writable_folder);
+      ->check(folder_for_page);
   add_figures_option(*command, *options);
   add_threads_option(*command, options->threads);
   command->add_flag("--quiet", options->quiet, "do not say where the report is");

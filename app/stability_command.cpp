@@ -156,6 +156,7 @@ Document stability_of(const SweepPlan& plan, const StabilityOptions& options) {
 
 int stability(const StabilityOptions& options) {
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
+  tell_of_stop_rule(plan.points.front().scenario, "stability");
   const bool shows_points = !plan.axes.empty();
   const StopScope stop(&catch_interrupt());
   const StepDisplay display(plan.name, options.quiet || shows_points, "steps");

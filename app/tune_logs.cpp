@@ -47,7 +47,8 @@ int tune_logs(const TuneOptions& options) {
   }
   std::vector<InnovationTuning> sensors;
   sensors.reserve(records.size());
-  for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kTuneConfidence));
+  for (const SensorRecord& record : records)
+    sensors.push_back(tune_innovations(record, kTuneConfidence, std::ssize(records)));
   const std::string name = log_name(options.inputs.front());
   tell(log_tune_document(name, sensors), options);
   const bool inconsistent = std::ranges::any_of(

@@ -29,7 +29,9 @@ int tune_scenario_file(const TuneOptions& options) {
   request.threads = options.threads;
   request.stop = &catch_interrupt();
   auto tuning = naming_file(options.inputs.front(), [&] {
-    return tune_scenario(open_one_scenario(options.inputs.front(), options.overrides()), request);
+    const Scenario scenario = open_one_scenario(options.inputs.front(), options.overrides());
+    tell_of_stop_rule(scenario, "tune");
+    return tune_scenario(scenario, request);
   });
   if (!tuning) throw Stopped{};
   const std::string tuned = tuning->tuning.anything_known() ? tuned_toml(*tuning) : "";

@@ -66,6 +66,7 @@ void append(std::vector<double>& row, const Vector& values, const std::vector<st
 
 int stream(const WorldOptions& options) {
   const Scenario scenario = open_one_scenario(options.scenario, options.overrides());
+  tell_of_stop_rule(scenario, "world");
   naming_file(options.scenario, [&] {
     const WorldStream world = world_stream(scenario);
     const Stream out(scenario, options.frames,

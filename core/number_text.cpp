@@ -56,8 +56,13 @@ std::string fixed_text(double value, int decimals) {
 
 std::string interval_text(double value, double lower, double upper, int significant) {
   if (std::isnan(lower) && std::isnan(upper)) return number_text(value, significant);
-  return fmt::format("{} ({} … {})", number_text(value, significant), number_text(lower, 3),
-                     number_text(upper, 3));
+  constexpr int kMostDigits = 8;
+  int digits = 3;
+  while (digits < kMostDigits && lower != upper && number_text(lower, digits) == number_text(upper, digits)) {
+    ++digits;
+  }
+  return fmt::format("{} ({} … {})", number_text(value, std::max(significant, digits)),
+                     number_text(lower, digits), number_text(upper, digits));
 }
 
 std::string p_value_text(double p) {

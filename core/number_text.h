@@ -18,7 +18,7 @@ std::string short_text(double value);
 std::string fixed_text(double value, int decimals);
 
 /// "1.06 (1.02 … 1.11)": a value with the bounds of its interval, for a person; the value alone where there
-/// is no interval (NaN), as of one run.
+/// is no interval (NaN), as of one run. More digits where three do not tell the bounds apart.
 std::string interval_text(double value, double lower, double upper, int significant = 3);
 
 /// A p-value: three digits, and "< 1e−12" below what any approximation in a test can vouch for; a dash for

@@ -421,6 +421,9 @@ PYBIND11_MODULE(_credence, m) {
                           const std::vector<std::string>& overrides) {
     return noise_group(scenario_of(file, text, overrides));
   });
+  m.def("has_sweep", [](const std::string& file, const std::optional<std::string>& text) {
+    return !(text ? read_scenario_text(*text, file, {}) : open_scenario(file, {})).sweep.empty();
+  });
   m.def("sweep", [](const std::string& file, const std::optional<std::string>& text,
                     const std::vector<std::string>& overrides, int threads, const PythonProgress& progress) {
     const ScenarioDocument document =

@@ -38,6 +38,7 @@ class PlayedInPython final : public BlackBoxScore {
     scores.lag_one = taken(std::get<2>(played));
     scores.steps = std::get<3>(played);
     scores.dof = std::get<4>(played);
+    scores.composite = std::get<6>(played);
     scores.ok = std::get<5>(played) && scores.value.allFinite() && scores.steps > 0.0;
     return scores;
   }

@@ -183,12 +183,30 @@ void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
   add_bound(*a.bound, a.statistics, a.scenario.study.confidence, a.judgement->accuracy);
 }
 
+namespace {
+
+/// Whether the word accuses at the last look, whose number of runs was set in advance, by its half of α.
+bool accuses_at_last_look(const StudyAnalysis& a) {
+  const double alpha = 1.0 - a.scenario.study.confidence;
+  return a.stop->reason == "max_runs" && is_inconsistent(a.word.verdict) && a.word.p_value <= 0.5 * alpha;
+}
+
+}  // namespace
+
 Verdict overall_verdict(const StudyAnalysis& analysis) {
-  return analysis.stop ? analysis.stop->verdict : analysis.word.verdict;
+  const Verdict word = analysis.word.verdict;
+  if (!analysis.stop) return word;
+  const Verdict stop = analysis.stop->verdict;
+  if (stop != Verdict::undecided && word == Verdict::not_gaussian) return word;
+  if (is_inconsistent(stop)) return stop;
+  if (accuses_at_last_look(analysis)) return word;
+  return is_inconsistent(word) ? Verdict::undecided : stop;
 }
 
 double overall_p_value(const StudyAnalysis& analysis) {
-  return analysis.stop ? analysis.stop->p_value : analysis.word.p_value;
+  if (!analysis.stop) return analysis.word.p_value;
+  const double stop = analysis.stop->p_value;
+  return accuses_at_last_look(analysis) ? std::fmin(stop, 2.0 * analysis.word.p_value) : stop;
 }
 
 std::string overall_says(const StudyAnalysis& analysis) {

@@ -72,7 +72,10 @@ void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const 
 /// stopped and so not complete.
 void add_posterior_bound(StudyAnalysis& analysis, const EngineOptions& options = {});
 
-/// The one word: that of the stop rule if there is one, else the word over NEES, NIS and the blocks.
+/// The one word: that over NEES, NIS and the blocks. With a stop rule that of the rule, but: at the last look
+/// whatever the word rejects by half of α; undecided where the rule proves the mean of NEES and the word
+/// rejects, which it may of runs that chose their own number; and not Gaussian as the word has it, since
+/// steps and innovations are judged by the χ² law.
 Verdict overall_verdict(const StudyAnalysis& analysis);
 /// The p-value of that word: of a stop rule valid at any look.
 double overall_p_value(const StudyAnalysis& analysis);

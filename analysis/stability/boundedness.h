@@ -16,7 +16,7 @@ namespace credence::internal {
 enum class BoundednessReason {
   paired,              ///< bounded: functionals that no noise touches fix every unobservable direction
   nothing_unobserved,  ///< bounded: no direction with |λ| ≥ 1 is unobservable
-  unpaired,            ///< unbounded: a random walk that nobody measures
+  unpaired,            ///< unbounded: a random walk, or a sum of what stays, that nobody measures
   unstable,            ///< unbounded: an unobservable direction with |λ| > 1
   undecided,           ///< eigenvalues did not converge, or a transition matrix was singular
 };

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -26,7 +25,7 @@ std::string cause_of_growth(const LinearModel& model) {
   switch (exact.reason) {
     case BoundednessReason::unstable: return "; P grows without bound: an unobservable direction is unstable";
     case BoundednessReason::unpaired:
-      return "; P grows without bound: noise drives an unobservable direction";
+      return "; P grows without bound: noise, or a direction that stays, drives an unobservable one";
     default: return {};
   }
 }
@@ -67,7 +66,7 @@ LongHorizon follow(const LinearModel& model, const InflationRule& rule, Index& s
 /// Another initial covariance: larger, and differently so for every state.
 Matrix other_initial(const Matrix& P0) {
   const Index n = P0.rows();
-  const double size = std::max(P0.diagonal().maxCoeff(), std::numeric_limits<double>::min());
+  const double largest = P0.diagonal().maxCoeff(), size = largest > 0.0 ? largest : 1.0;
   return 3.0 * P0 + Matrix(Vector::LinSpaced(n, size, 2.0 * size).asDiagonal());
 }
 

@@ -45,6 +45,7 @@ UnitScores unit_scores(const std::vector<ScoreSum>& units) {
     const ScoreSum& unit = units[i];
     const auto at = static_cast<Index>(i);
     scores.ok = scores.ok && unit.ok();
+    scores.composite = scores.composite || unit.composite();
     scores.value[at] = unit.value();
     scores.nis[at] = unit.nis();
     scores.lag_one[at] = unit.lag_one();

@@ -23,6 +23,11 @@ class ScoreSum {
   void add(VectorRef nu, MatrixRef S, std::size_t sensor = 0);
   /// The same, normalised: u = L⁻¹ ν, S = L Lᵀ, and ln det S.
   void add_normalised(VectorRef u, double log_determinant, std::size_t sensor = 0);
+  /// The last so many innovations, more than one, were those of one step.
+  void join(std::size_t innovations) {
+    steps_ -= static_cast<double>(innovations - 1);
+    composite_ = true;
+  }
   /// What follows says nothing that can be scored.
   void spoil() { ok_ = false; }
 
@@ -32,11 +37,12 @@ class ScoreSum {
   double steps() const { return steps_; }
   double dof() const { return dof_; }
   bool ok() const { return ok_; }
+  bool composite() const { return composite_; }
 
  private:
   double value_ = 0.0, nis_ = 0.0, lag_one_ = 0.0, steps_ = 0.0, dof_ = 0.0;
   std::vector<Vector> before_;  ///< normalised, the last of each sensor
-  bool ok_ = true;
+  bool ok_ = true, composite_ = false;
 };
 
 /// The sums of all units.

@@ -26,10 +26,14 @@ UnitScores FilterScore::play(const std::vector<double>& factors) const {
         experiment->visit_runs(first, count, [&](std::int64_t i, const TraceStep& step) {
           if (step.step == 0) return;
           ScoreSum& run = runs[static_cast<std::size_t>(i)];
+          std::size_t heard = 0;
           for (std::size_t sensor = 0; sensor < step.innovations.size(); ++sensor) {
             const Innovation& innovation = step.innovations[sensor];
-            if (innovation.nu.size() > 0) run.add(innovation.nu, innovation.S, sensor);
+            if (innovation.nu.size() == 0) continue;
+            run.add(innovation.nu, innovation.S, sensor);
+            ++heard;
           }
+          if (heard > 1) run.join(heard);
         });
     for (std::int64_t i = 0; i < count; ++i) {
       if (outcomes[static_cast<std::size_t>(i)] != Outcome::ok)

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "analysis/laws/correlation/square_correlation.h"
 #include "analysis/laws/joint/multiple_tests.h"
 #include "analysis/laws/mean/zero_mean.h"
 #include "analysis/tuning/stretches.h"
@@ -73,22 +74,50 @@ WhitenessTest test_white(std::span<const RecordedInnovations> runs, double confi
   return test_whiteness(products, confidence);
 }
 
+/// Whether part of innovations that are not white stays in whole runs, or all of them are worth next to
+/// nothing: stretches of a run then tell no more of their size than the run.
+bool stay_in_runs(std::span<const RecordedInnovations> runs, const WhitenessTest& whiteness) {
+  if (whiteness.white || !whiteness.reason.empty()) return false;
+  const auto seen = std::ranges::find_if(runs, [](const auto& r) { return !r.whitened.empty(); });
+  if (seen == runs.end()) return false;
+  const Index dim = seen->whitened.front().size();
+  TimeCorrelations in_time{.lags = LongLags(dim), .runs = 0};
+  LagSeries series(dim);
+  for (const RecordedInnovations& run : runs) {
+    series.clear();
+    for (const Vector& u : run.whitened) series.add(u);
+    in_time.lags.add_run(series);
+    in_time.runs += run.whitened.empty() ? 0 : 1;
+    in_time.dof += static_cast<double>(dim) * static_cast<double>(run.whitened.size());
+  }
+  return !square_correlation(in_time).known;
+}
+
 }  // namespace
 
-InnovationTests test_recorded_innovations(std::span<const RecordedInnovations> runs, double confidence) {
+InnovationTests test_recorded_innovations(std::span<const RecordedInnovations> runs, double confidence,
+                                          std::int64_t sensors) {
+  constexpr std::int64_t kFewestWholeRuns = 10;
   if (runs.empty()) throw std::invalid_argument("no run whose innovations could be tested");
   for (const RecordedInnovations& run : runs)
     if (run.dof != runs.front().dof)
       throw std::invalid_argument(
           fmt::format("runs tested together must have one dof, not {} and {}", runs.front().dof, run.dof));
   InnovationTests tests;
-  tests.nis = judge_sum(runs, confidence);
+  const double of_tests = 1.0 - (1.0 - confidence) / static_cast<double>(std::max<std::int64_t>(1, sensors));
+  tests.nis = judge_sum(runs, of_tests);
   tests.fit = test_law(runs);
-  tests.whiteness = test_white(runs, confidence);
+  tests.whiteness = test_white(runs, of_tests);
   test_mean(runs, tests);
   std::vector<std::vector<double>> nis;
   for (const RecordedInnovations& run : runs) nis.push_back(run.nis);
   tests.noise_scale = noise_scale(nis, runs.front().dof, std::numeric_limits<double>::infinity(), confidence);
+  if (std::ssize(runs) < kFewestWholeRuns && stay_in_runs(runs, tests.whiteness)) {
+    tests.noise_scale.lower = tests.noise_scale.upper = kNaN;
+    tests.noise_scale.stretches = 0;
+    tests.noise_scale.reason =
+        "part of the innovations stays in whole runs, of which there are fewer than ten to tell its size";
+  }
   // Kolmogorov and Anderson are two tests of one hypothesis.
   const double fit =
       tests.fit.reason.empty()

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -36,8 +37,11 @@ struct InnovationTests {
   std::vector<double> adjusted_p_value;  ///< Holm over: sum, fit, whiteness, mean
 };
 
-/// Tests the innovations of independent runs. Throws std::invalid_argument for dofs that differ between
-/// runs, or a confidence outside (0, 1).
-InnovationTests test_recorded_innovations(std::span<const RecordedInnovations> runs, double confidence);
+/// Tests the innovations of independent runs of one of so many sensors (Bonferroni; the interval of the scale
+/// is of this one alone). The scale has no interval where part of the innovations stays in whole runs and
+/// there are fewer than ten. Throws std::invalid_argument for dofs that differ between runs, or a confidence
+/// outside (0, 1).
+InnovationTests test_recorded_innovations(std::span<const RecordedInnovations> runs, double confidence,
+                                          std::int64_t sensors = 1);
 
 }  // namespace credence::internal

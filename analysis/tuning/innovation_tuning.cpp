@@ -47,7 +47,17 @@ double ratio_p_value(double ratio, double dof, double other_dof) {
                   2.0 * std::min(f_survival(ratio, dof, other_dof), f_survival(1.0 / ratio, other_dof, dof)));
 }
 
-LeftOut leave_out(const SensorRecord& record, double dof, bool white, double confidence) {
+/// The variance of NIS over that of the χ² law, at least 1: of heavy tails means of it are worth so many
+/// fewer.
+double spread_of_nis(const SensorRecord& record, double dof) {
+  Moments nis;
+  for (const RecordedInnovations& run : record.runs)
+    for (const double x : run.nis) nis.add(x);
+  if (nis.count < 2 || !(nis.mean > 0.0)) return 1.0;
+  return std::max(1.0, 0.5 * dof * nis.variance() / (nis.mean * nis.mean));
+}
+
+LeftOut leave_out(const SensorRecord& record, double dof, bool white, double spread, double confidence) {
   const std::vector<NisPart> parts = parts_of(record);
   LeftOut result;
   result.of_runs = record.runs.size() >= kFewestRunsLeftOut;
@@ -68,7 +78,8 @@ LeftOut leave_out(const SensorRecord& record, double dof, bool white, double con
     const double scale = (all.sum - part.sum) / (dof * (all.count - part.count));
     const double expected = dof * part.count;
     if (white)
-      p_values.push_back(ratio_p_value(part.sum / (scale * expected), expected, dof * all.count - expected));
+      p_values.push_back(ratio_p_value(part.sum / (scale * expected), expected / spread,
+                                       (dof * all.count - expected) / spread));
     above.push_back(part.sum / scale > expected);
     mean += part.sum / scale;
   }
@@ -150,7 +161,7 @@ std::string_view to_string(GainError error) {
   return word_of(error, {"none seen", "too small", "too large", "other"});
 }
 
-InnovationTuning tune_innovations(const SensorRecord& record, double confidence) {
+InnovationTuning tune_innovations(const SensorRecord& record, double confidence, std::int64_t sensors) {
   InnovationTuning t;
   t.name = record.name;
   t.left_out = record.left_out;
@@ -161,7 +172,8 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
     sum = std::accumulate(run.nis.begin(), run.nis.end(), sum);
   }
   if (t.values == 0) throw std::invalid_argument("there are no innovations with a covariance");
-  const InnovationTests tests = test_recorded_innovations(record.runs, confidence);
+  const InnovationTests tests = test_recorded_innovations(record.runs, confidence, sensors);
+  const double of_tests = 1.0 - (1.0 - confidence) / static_cast<double>(std::max<std::int64_t>(1, sensors));
   t.scale = tests.noise_scale;
   if (t.scale.lower > 0.0) {
     const double z = normal_quantile_two_sided(confidence);
@@ -174,17 +186,17 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
     t.band = tests.whiteness.band.front();
   }
   t.gain = gain_error(tests.whiteness);
-  t.comes_first = what_comes_first(record, tests, confidence);
+  t.comes_first = what_comes_first(record, tests, of_tests);
   const auto count = static_cast<double>(t.values);
   const double constant = t.dof * std::log(2.0 * std::numbers::pi) + record.log_determinant / count;
-  const double mean = sum / count, scale = mean / t.dof;
+  const double mean = sum / count, scale = mean / t.dof, spread = spread_of_nis(record, t.dof);
   t.score_before = -0.5 * (constant + mean);
   if (scale > 0.0) t.score_after = -0.5 * (constant + t.dof * std::log(scale) + t.dof);
   if (scale > 0.0 && t.gain == GainError::none_seen) {
     t.likelihood_ratio_p_value =
-        chi_square_survival(2.0 * count * std::max(0.0, t.score_after - t.score_before), 1.0);
+        chi_square_survival(2.0 * count * std::max(0.0, t.score_after - t.score_before) / spread, 1.0);
   }
-  t.left_out_parts = leave_out(record, t.dof, t.gain == GainError::none_seen, confidence);
+  t.left_out_parts = leave_out(record, t.dof, t.gain == GainError::none_seen, spread, of_tests);
   add_notes(t);
   return t;
 }

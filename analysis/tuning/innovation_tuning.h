@@ -72,7 +72,9 @@ struct InnovationTuning {
 
 /// Tunes a sensor. An angle that is not wrapped, or a mean of the innovations that is not zero (by its
 /// p-value adjusted as in InnovationTests), comes first. The interval of the scale assumes neither whiteness
-/// nor a law (NoiseScale). Throws std::invalid_argument for a record without innovations.
-InnovationTuning tune_innovations(const SensorRecord& record, double confidence);
+/// nor a law (NoiseScale); tests are at the level of one of so many sensors. Parts that are left out are
+/// compared by the F law, of so many fewer values as NIS varies more than χ². Throws std::invalid_argument
+/// for a record without innovations.
+InnovationTuning tune_innovations(const SensorRecord& record, double confidence, std::int64_t sensors = 1);
 
 }  // namespace credence::internal

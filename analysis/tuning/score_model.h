@@ -24,6 +24,8 @@ struct UnitScores {
   double steps = 0.0, dof = 0.0;  ///< of all units: steps with a measurement, and components of it
   /// false: some S was not positive definite or some number not finite, and the others mean nothing.
   bool ok = true;
+  /// Sensors of one step are scored apart, as if independent: no likelihood where they share a prior.
+  bool composite = false;
 
   double sum() const { return value.sum(); }
   double mean_nis() const { return nis.sum() / steps; }

@@ -24,7 +24,8 @@ constexpr double kReach = 1e6;          // factor within which one is sought, fr
 constexpr int kMostRestarts = 3;        // from the end of a search
 constexpr double kWidestScale = 1.0;    // of the first steps of a search, in φ
 constexpr double kNotConverged = 0.1;   // decrement at the end of a search
-constexpr double kContradiction = 4.0;  // standard errors
+constexpr double kContradiction = 4.0;  // standard errors, of a filter that is wrong
+constexpr double kWider = 2.0;          // standard errors, beyond which the wider intervals are taken
 constexpr double kBetter = 1e-3;        // of the sum of the scores
 constexpr int kResamples = 1000;
 
@@ -171,7 +172,7 @@ class Tuner {
   ProfileLimits limits_of(Index coordinate) const {
     const ScoreEstimate& e = tuning_.estimate;
     double drop = 0.5 * chi_square_quantile(tuning_.confidence, 1.0);
-    if (tuning_.misspecified) {
+    if (tuning_.by_sandwich) {
       const Index at = std::ranges::find(e.free, coordinate) - e.free.begin();
       drop *= std::max(1.0, covariance_(at, at) / e.covariance(at, at));
     }
@@ -216,8 +217,9 @@ class Tuner {
   void choose_covariance() {
     const ScoreEstimate& e = tuning_.estimate;
     covariance_ = e.covariance;
-    tuning_.misspecified = false;
+    tuning_.misspecified = tuning_.by_sandwich = false;
     tuning_.information_ratio = kNaN;
+    mean_ratio_ = 1.0;
     if (covariance_.size() == 0) return;
     const auto units = static_cast<double>(e.unit_scores.cols());
     if (units < 2.0) return;
@@ -227,8 +229,13 @@ class Tuner {
     Index worst = 0;
     (ratio.array() - 1.0).abs().maxCoeff(&worst);
     tuning_.information_ratio = ratio[worst];
-    tuning_.misspecified = std::abs(ratio[worst] - 1.0) > kContradiction * std::sqrt(2.0 / units);
-    if (tuning_.misspecified) covariance_ = e.sandwich();
+    const double error = std::sqrt(2.0 / units);
+    tuning_.misspecified = !before_.composite && std::abs(ratio[worst] - 1.0) > kContradiction * error;
+    tuning_.by_sandwich =
+        before_.composite || tuning_.misspecified || ratio.maxCoeff() - 1.0 > kWider * error;
+    if (!tuning_.by_sandwich) return;
+    covariance_ = e.sandwich();
+    mean_ratio_ = ratio.mean();
   }
 
   void add_gain() {
@@ -242,8 +249,15 @@ class Tuner {
     tuning_.nis_after = after.mean_nis();
     tuning_.lag_one_after = after.lag_one_correlation();
     tuning_.likelihood_ratio = 2.0 * std::max(0.0, after.sum() - before_.sum());
-    const auto dof = static_cast<double>(tuning_.estimate.free.size());
-    tuning_.likelihood_ratio_p_value = chi_square_survival(tuning_.likelihood_ratio, dof);
+    // What is held at a limit has moved, too. Of a filter that is wrong the ratio is a weighted sum of χ²(1),
+    // whose mean is kept [Kent 1982].
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      const auto at = static_cast<Index>(i);
+      if (free_[i] || tuning_.phi[at] != tuning_.start[at]) ++tuning_.likelihood_ratio_dof;
+    }
+    tuning_.likelihood_ratio_p_value =
+        chi_square_survival(tuning_.likelihood_ratio / std::max(1.0, mean_ratio_),
+                            static_cast<double>(tuning_.likelihood_ratio_dof));
     const std::vector<std::string> names = model_.names();
     for (const Index i : tuning_.estimate.free) {
       tuning_.coordinates.push_back(names[static_cast<std::size_t>(i)]);
@@ -392,6 +406,11 @@ class Tuner {
                       "more. The values are those of the best trial; a filter that fails at some trials "
                       "makes it so, or a score that jumps.",
                       number_text(0.5 * tuning_.estimate.decrement, 2)));
+    } else if (before_.composite) {
+      notes.emplace_back(
+          "Sensors of one step are scored apart, as if they were independent, which those that share a prior "
+          "are not: intervals are by the sandwich. One innovation of all of them with its S has a "
+          "likelihood.");
     } else if (tuning_.misspecified) {
       notes.push_back(fmt::format(
           "The scores vary {:.2f} times as much as they would if the tuned filter were right: intervals are "
@@ -406,6 +425,7 @@ class Tuner {
   Vector scale_;
   UnitScores before_;
   Matrix covariance_;
+  double mean_ratio_ = 1.0;  ///< of the variance of the scores over the information, where it is the sandwich
   std::vector<bool> free_;
   std::vector<std::string> reasons_;
   std::vector<std::optional<ProfileLimits>> limits_;  ///< of what was found, but weakly

@@ -26,8 +26,10 @@ struct TunedParameter {
   std::string reason;                  ///< why not, else empty
   double steps_for_10_percent = kNaN;  ///< until its standard error is a tenth of it
 
-  /// The data speak against the present value: it lies outside the interval.
-  bool contradicts_present() const { return identifiable && !(lower <= before && before <= upper); }
+  /// The data speak against the present value: it lies outside the interval, or beyond a limit.
+  bool contradicts_present() const {
+    return identifiable ? !(lower <= before && before <= upper) : before < lower || before > upper;
+  }
 };
 
 /// What is known before anything is tuned, from the information that data of this size hold if the present
@@ -65,11 +67,13 @@ struct Tuning {
   std::int64_t units = 0;                          ///< stretches of data
   double score_before = kNaN, score_after = kNaN;  ///< mean log score of a step
   double likelihood_ratio = kNaN;                  ///< twice the gain of the sum
+  Index likelihood_ratio_dof = 0;                  ///< coordinates that have moved
   double likelihood_ratio_p_value = kNaN;
   double nis_before = kNaN, nis_after = kNaN;  ///< mean of a step
   double dof = 0.0;                            ///< expected of it
   double lag_one_before = kNaN, lag_one_after = kNaN;
-  bool misspecified = false;        ///< the intervals are those of the sandwich
+  bool by_sandwich = false;         ///< the intervals
+  bool misspecified = false;        ///< the scores say that the tuned filter is wrong
   double information_ratio = kNaN;  ///< the worst variance of the scores over that of a right filter
   bool converged = true;            ///< else a note says how far the search got
   std::vector<std::string> notes;   ///< sentences: what is held, ridges, limits
@@ -90,11 +94,13 @@ inline constexpr double kRidgeCorrelation = 0.95;
 /// held at its present value (at the limit of the likelihood ratio, where that excludes it), and the others
 /// are sought again.
 ///
-/// Intervals: normal ones of the logarithm by the observed information; by the sandwich where the variance of
-/// the unit scores contradicts the information by more than four standard errors [White 1982]. A coordinate
-/// whose normal interval is wider than kWidestNormalRatio, or would be by the forecast, has the limits of the
-/// likelihood ratio instead, whose drop grows with the sandwich. Throws std::invalid_argument where the
-/// present filter has no scores: an S that is not positive definite.
+/// Intervals: normal ones of the logarithm by the observed information; by the sandwich [White 1982] where
+/// the variance of the unit scores is larger than the information says by more than two standard errors, or
+/// smaller by more than four, which says that the tuned filter is wrong, or where sensors of one step are
+/// scored apart. The likelihood ratio is then taken over the mean of that variance's eigenvalues. A
+/// coordinate whose normal interval is wider than kWidestNormalRatio, or would be by the forecast, has the
+/// limits of the likelihood ratio instead, whose drop grows with the sandwich. Throws std::invalid_argument
+/// where the present filter has no scores: an S that is not positive definite.
 Tuning tune(const ScoreModel& model, const Vector& start, double confidence = 0.95);
 
 }  // namespace credence::internal

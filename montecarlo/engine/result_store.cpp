@@ -5,9 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 
+#include "core/append_item.h"
 #include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/engine/result_store_disk.h"
 #include "montecarlo/scenario/scenario_difference.h"
@@ -59,6 +62,27 @@ void remove_database(const std::filesystem::path& directory) {
     std::filesystem::remove(file, error);
     if (error) throw StoreError(fmt::format("{}: cannot be removed ({})", file.string(), error.message()));
   }
+}
+
+/// Whether a file begins as a store of results does, or as one that was hardly begun.
+bool begins_as_store(const std::filesystem::path& file) {
+  constexpr std::size_t kPagesAt = 28, kApplicationAt = 68, kHead = 72;  // big-endian, as SQLite has them
+  constexpr std::string_view kMagic("SQLite format 3\0", 16);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return false;
+  const auto size = std::filesystem::file_size(file, error);
+  if (size == 0) return true;
+  std::array<char, kHead> head{};
+  std::ifstream(file, std::ios::binary).read(head.data(), kHead);
+  if (std::string_view(head.data(), kMagic.size()) != kMagic) return false;
+  const auto number_at = [&head](std::size_t place) {
+    std::uint32_t number = 0;
+    for (std::size_t i = 0; i < 4; ++i) number = number << 8U | static_cast<unsigned char>(head[place + i]);
+    return number;
+  };
+  const bool has_no_tables = number_at(kPagesAt) <= 1;
+  const std::uint32_t application = number_at(kApplicationAt);
+  return application == kApplication || (application == 0 && has_no_tables);
 }
 
 /// Whether SQLite must be told that nobody writes: it cannot make its shared memory, in a folder that is not
@@ -126,6 +150,7 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
   const std::filesystem::path made = made_directory(directory);
   require_room(made / kFileName);
   ResultStore store(made, SqliteDatabase::Mode::create);
+  store.writes_as_ = tool_version;
   store.is_new_ = store.database_->integer("PRAGMA application_id") == 0 &&
                   store.database_->integer("SELECT count(*) FROM sqlite_master") == 0;
   if (store.is_new_) {
@@ -143,6 +168,12 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
 
 void ResultStore::discard(const std::filesystem::path& directory) {
   if (!exists(directory)) return;
+  if (!begins_as_store(directory / kFileName)) {
+    throw StoreError(
+        fmt::format("{}: is no store of results, and is not removed: name another folder, or "
+                    "remove it by hand",
+                    (directory / kFileName).string()));
+  }
   const ResultStoreLock lock(lock_file(directory));
   remove_database(directory);
 }
@@ -297,6 +328,20 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
   return true;
 }
 
+void ResultStore::add_versions(std::string_view versions) {
+  constexpr std::string_view kBetween = ", ";
+  std::string all = tool_version();
+  const std::size_t before = all.size();
+  while (!versions.empty()) {
+    const std::size_t end = std::min(versions.find(kBetween), versions.size());
+    const std::string_view version = versions.substr(0, end);
+    versions.remove_prefix(std::min(end + kBetween.size(), versions.size()));
+    const bool known = fmt::format(", {}, ", all).find(fmt::format(", {}, ", version)) != std::string::npos;
+    if (!known) append_item(all, version);
+  }
+  if (all.size() > before) write([&] { set_meta("tool_version", all); });
+}
+
 void ResultStore::insert(const char* table, const ChunkKey& key, std::span<const std::byte> payload,
                          std::span<const std::byte> frame) {
   write([&] {
@@ -326,7 +371,7 @@ void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payl
 
 void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payload,
                             std::span<const std::byte> frame) {
-  add_chunk(key, payload, frame);
+  if (add_chunk(key, payload, frame)) add_versions(writes_as_);
   if (std::chrono::steady_clock::now() - last_commit_ >= kCommitInterval) commit();
 }
 
@@ -418,6 +463,7 @@ ResultStore::MergeCount ResultStore::merge_from(const ResultStore& other) {
       }
       chunks(id);  // those of both together
     }
+    if (count.added > 0) add_versions(other.tool_version());
     commit();
   } catch (...) {
     if (database_->in_transaction()) database_->execute("ROLLBACK");

@@ -38,12 +38,12 @@ class ResultStore {
   static constexpr double kMostChunkBytes = 1e9 - 1000;  ///< SQLite takes a row of 10^9 bytes
 
   /// Opens the store of a directory to write, making both where missing. `tool_version` is kept in a new
-  /// store. Refuses a file that is no store, is damaged, or comes from a newer version, and touches none of
-  /// them.
+  /// store, and beside others in one that it adds chunks to. Refuses a file that is no store, is damaged, or
+  /// comes from a newer version, and touches none of them.
   static ResultStore open_to_write(const std::filesystem::path& directory, std::string_view tool_version);
 
-  /// Removes the store of a directory, if there is one, of whatever kind or state; refused while another
-  /// process writes to it.
+  /// Removes the store of a directory, if there is one, of whatever state; refused while another process
+  /// writes to it, and where what is there is no store.
   static void discard(const std::filesystem::path& directory);
 
   /// Takes a store back that open_to_write has made here, lock and all, while nobody else can write to it;
@@ -71,7 +71,7 @@ class ResultStore {
   /// The canonical text whose results these are; empty before the first require_same_scenario.
   std::string scenario() const;
 
-  /// The tool_version of the process that made the store.
+  /// The tool_versions of all processes that have added chunks, each once, in their order: "0.1.0, 0.2.0".
   std::string tool_version() const;
 
   /// Makes sure that the store belongs to this canonical text (of a Scenario or SweepPlan), or takes it when
@@ -133,6 +133,7 @@ class ResultStore {
   std::string meta(std::string_view name) const;
   void set_meta(std::string_view name, std::string_view value);
   void require_no_failure() const;
+  void add_versions(std::string_view versions);
   bool add_chunk(const ChunkKey& key, std::span<const std::byte> payload, std::span<const std::byte> frame);
   void insert(const char* table, const ChunkKey& key, std::span<const std::byte> payload,
               std::span<const std::byte> frame);
@@ -146,6 +147,7 @@ class ResultStore {
   std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
   std::unique_ptr<SqliteDatabase> database_;
   std::chrono::steady_clock::time_point last_commit_{};
+  std::string writes_as_;       ///< the version of chunks that are added
   bool is_new_ = false;         ///< made by open_to_write
   bool packs_ = true;           ///< payloads are packed; not in stores of a version that did not
   bool has_companions_ = true;  ///< not in stores of a version without

@@ -77,7 +77,7 @@ std::vector<KeyRow> stop_keys() {
       {.section = "study.stop",
        .name = "consistent_within",
        .unit = "",
-       .meaning = "P is then proved right within the factor 1 + this",
+       .meaning = "consistent is then: one factor on all of P is proved to be within 1 + this of 1",
        .field = real_field<kStop, &S::consistent_within>(Interval::kPositive),
        .in_effect = [](const Scenario& s) { return s.stop.verdict == StopVerdict::either; }},
       {.section = "study.stop",

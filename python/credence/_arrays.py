@@ -191,7 +191,10 @@ def following(value: Any, name: str, row: "tuple[int, ...]", shape: Shape, like:
 
 def system_path(path: "str | bytes | os.PathLike") -> bytes:
     """The path in the bytes that the system has."""
-    encoded = os.fsencode(path)
+    try:
+        encoded = os.fsencode(path)
+    except UnicodeEncodeError:
+        raise ValueError(f"{path!r} is no path: it holds what is no character") from None
     if b"\0" in encoded:
         raise ValueError(f"{path!r} is no path: it holds a null character")
     return encoded
@@ -213,14 +216,28 @@ def require_text(value: Any, argument: str) -> str:
     return value
 
 
+def folder_path(directory: Any) -> str:
+    """What names a folder, as the library takes it."""
+    if not isinstance(directory, (str, bytes, os.PathLike)):
+        raise ValueError(f"{directory!r} is no path")
+    return os.fsdecode(system_path(directory))
+
+
+def written_report(told: Any, directory: Any) -> str:
+    """Writes the report of what the library told; the path of its page."""
+    folder = folder_path(directory)
+    told.write_report(folder)
+    return os.path.join(folder, "index.html")
+
+
 def require_flag(value: Any, argument: str) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise ValueError(f"{argument} = {value!r}: expected True or False")
     return bool(value)
 
 
-def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
-    """States that are named, numbered, marked by booleans, or sliced, as ascending numbers."""
+def indices(which: Any, names: "list[str]", argument: str, kind: str = "state", whole: str = "state") -> "list[int]":
+    """States that are named, numbered, marked by booleans, or sliced, as ascending numbers; or what else the whole has."""
     if isinstance(which, slice):
         return list(range(len(names)))[which]
     if isinstance(which, (str, int, np.integer)):
@@ -230,18 +247,18 @@ def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
     which = list(which)
     if which and all(isinstance(w, (bool, np.bool_)) for w in which):
         if len(which) != len(names):
-            raise ValueError(f"{argument} has {len(which)} entries: the state has {len(names)}")
+            raise ValueError(f"{argument} has {len(which)} entries: the {whole} has {len(names)}")
         return [i for i, w in enumerate(which) if w]
     found = set()
     for w in which:
         if isinstance(w, str):
             if w not in names:
-                raise ValueError(f"{argument}: there is no state '{w}' among {', '.join(names)}")
+                raise ValueError(f"{argument}: there is no {kind} '{w}' among {', '.join(names)}")
             i = names.index(w)
         elif isinstance(w, (int, np.integer)) and not isinstance(w, bool) and -len(names) <= w < len(names):
             i = int(w) % len(names)
         else:
-            raise ValueError(f"{argument}: there is no state {w!r}; the state has {len(names)}")
+            raise ValueError(f"{argument}: there is no {kind} {w!r}; the {whole} has {len(names)}")
         if i in found:
             raise ValueError(f"{argument} has {w!r} twice")
         found.add(i)
@@ -293,6 +310,8 @@ def units_of(units: Any, states: "list[str]", angle: np.ndarray, named: "list[st
 def _state_names(names: "Optional[Sequence[str]]", n: int) -> "list[str]":
     if names is None:
         return [f"x{i + 1}" for i in range(n)]
+    if isinstance(names, str) or not np.iterable(names):
+        raise ValueError(f"names = {names!r}: expected one for each state")
     names = list(names)
     if len(names) != n:
         raise ValueError(f"names has {len(names)} entries: the state has {n}")

@@ -50,7 +50,7 @@ def innovation_angles_of(which: Any, sensor: str, piece: int) -> "list[bool]":
     angle = np.zeros(piece, dtype=bool)
     components = [str(i) for i in range(piece)]
     label = _label("innovation_angles", sensor)
-    angle[indices(slice(None) if which is True else which, components, label)] = True
+    angle[indices(slice(None) if which is True else which, components, label, "component", "innovation")] = True
     return angle.tolist() if angle.any() else []
 
 

@@ -141,6 +141,7 @@ def run(
     file: Union[str, bytes], text: Optional[str], overrides: Sequence[str], threads: int, progress: Progress
 ) -> Told: ...
 def noise_group(file: Union[str, bytes], text: Optional[str], overrides: Sequence[str]) -> int: ...
+def has_sweep(file: Union[str, bytes], text: Optional[str]) -> bool: ...
 def load(directory: str, threads: int) -> Told: ...
 def sweep(
     file: Union[str, bytes], text: Optional[str], overrides: Sequence[str], threads: int, progress: Progress
@@ -149,7 +150,7 @@ def tune_filter(
     factors: Sequence[tuple[str, float]],
     runs: int,
     confidence: float,
-    play: Callable[[Sequence[float]], tuple[np.ndarray, np.ndarray, np.ndarray, float, float, bool]],
+    play: Callable[[Sequence[float]], tuple[np.ndarray, np.ndarray, np.ndarray, float, float, bool, bool]],
 ) -> Told: ...
 def tune(
     file: Union[str, bytes], text: Optional[str], overrides: Sequence[str], free: str, threads: int, progress: Progress

@@ -5,18 +5,27 @@ from __future__ import annotations
 import os
 from typing import Optional, Sequence, Union
 
+import numpy as np
+
 from . import _credence
 from ._arrays import require_flag, require_text, system_path
-from ._check import Progress, require_between, require_confidence, require_progress, require_threads
+from ._check import Progress, require_between, require_confidence, require_progress, require_threads, require_whole
 from ._messages import names_arguments
 from ._result import Result
 
 Path = Union[str, "os.PathLike[str]"]
 
 
-def _paths(given: "Path | Sequence[Path]") -> list[bytes]:
+def _paths(given: "Path | Sequence[Path]", argument: str) -> list[bytes]:
     """As the system has them: a name need not be UTF-8."""
-    return [system_path(path) for path in ([given] if isinstance(given, (str, bytes, os.PathLike)) else given)]
+    one = isinstance(given, (str, bytes, os.PathLike))
+    if not one and (isinstance(given, np.ndarray) or not np.iterable(given)):
+        raise ValueError(f"{argument} = {given!r}: expected files, or folders of them")
+    paths = [given] if one else list(given)
+    for path in paths:
+        if not isinstance(path, (str, bytes, os.PathLike)):
+            raise ValueError(f"{argument} holds {path!r}: expected files, or folders of them")
+    return [system_path(path) for path in paths]
 
 
 @names_arguments
@@ -74,15 +83,23 @@ def check_logs(
     require_between(max_time_difference, "max_time_difference", 1e-9, 1e9)
     if isinstance(time_offset, str) and time_offset not in ("estimate", "each"):
         raise ValueError(f"time_offset = {time_offset!r}: expected seconds, 'estimate' or 'each'")
+    if not isinstance(time_offset, str) and time_offset is not None:
+        require_between(time_offset, "time_offset", -1e9, 1e9)
+    if instance is not None:
+        require_whole(instance, "instance", 0, 2**31 - 1)
+    if isinstance(lever_arm, str) or not np.iterable(lever_arm):
+        raise ValueError(f"lever_arm = {lever_arm!r}: expected (x, y, z), or with (qx, qy, qz, qw)")
+    for number in lever_arm:
+        require_between(number, "lever_arm", -1e9, 1e9)
     if truth_time not in ("interpolated", "nearest"):
         raise ValueError(f"truth_time = {truth_time!r}: expected 'interpolated' or 'nearest'")
-    files = _paths(logs)
+    files = _paths(logs, "logs")
     if not files:
         raise ValueError("logs is empty: expected files, or folders of them")
     options = _credence.CheckOptions(
         name,
         format,
-        _paths(truth),
+        _paths(truth, "truth"),
         topic,
         truth_topic,
         instance,

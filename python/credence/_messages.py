@@ -17,6 +17,7 @@ _ARGUMENTS = {
     "time-offset": "time_offset",
     "topic": "topic",
     "truth": "truth",
+    "truth-time": "truth_time",
     "truth-topic": "truth_topic",
 }
 # The first: "--chart or --orientation-error", of which there is one argument. A value may follow: "--instance 2", or N.

@@ -30,6 +30,9 @@ def batch_runs(steps: int, n: int) -> int:
     return CHUNK * min(_MOST_CHUNKS, max(1, _MOST_DOUBLES // (CHUNK * steps * n * n)))
 
 
+_MOST_DOF = 2**31 - 1
+
+
 class PlugError(ValueError):
     """The world or the filter is not what ``study`` needs; the message says where."""
 
@@ -66,6 +69,8 @@ class Switches:
             kinds = (int, np.integer) if whole else (int, float, np.integer, np.floating)
             if isinstance(value, bool) or not isinstance(value, kinds):
                 raise ValueError(f"noise['{key}'] = {value!r}: expected a {'whole ' if whole else ''}number")
+        if not 0 <= self.student_dof <= _MOST_DOF:
+            raise ValueError(f"noise['student_dof'] = {self.student_dof}: expected 0 to {_MOST_DOF}")
         if self.measurement_delay < 0:
             raise ValueError(f"noise['measurement_delay'] = {self.measurement_delay}: expected whole steps, from 0 on")
 
@@ -78,6 +83,8 @@ class Noise:
 
     def __call__(self, count: int) -> np.ndarray:
         """The next `count` of them: float64 (B, count), or (count,) without batches."""
+        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 0:
+            raise ValueError(f"noise({count!r}): expected how many numbers, a whole number from 0")
         result = self._source.normals(self._step, self._purpose, self._slot, count)
         self._slot += count
         return result
@@ -131,6 +138,7 @@ class Chunk:
     estimate: Optional[np.ndarray]  # where the error is its difference from the truth
     failures: "dict[int, tuple[int, str, str]]" = field(default_factory=dict)
     no_batch: str = ""  # what a batch of these runs threw, each of which is well alone
+    measured: bool = False  # at any step
 
 
 def _shown(value: Any, name: str, shape: "tuple[int, ...]", runs: int) -> np.ndarray:
@@ -208,7 +216,10 @@ def _innovations(made: Any, measured: Any, runs: int) -> "dict[str, tuple[np.nda
 
 def prior_of(world: Any) -> "tuple[np.ndarray, np.ndarray, int]":
     """The mean (n,) and P (n, n) that a filter of this world starts from, and n."""
-    mean, P = world.prior()
+    told = world.prior()
+    if not isinstance(told, (tuple, list)) or len(told) != 2:
+        raise PlugError(f"world.prior() gives {type(told).__name__}: expected the mean (n,) and the covariance (n, n)")
+    mean, P = told
     mean = float_array(mean, "the mean of world.prior()")
     if mean.ndim != 1 or mean.size == 0:
         raise PlugError(f"the mean of world.prior() has shape {mean.shape}: expected (n,)")
@@ -316,6 +327,7 @@ class _Play:
             late.append(z)
             z = late.popleft() if len(late) > plan.switches.measurement_delay else None
             if z is not None:
+                chunk.measured = True
                 made.update(_own(z))
             self._show(made, truth, z, k, n, angles)
         self.name_diverged(plan.steps)
@@ -378,6 +390,7 @@ def _joined(parts: "list[Chunk]") -> Chunk:
         np.concatenate(estimates) if estimates else None,
     )
     joined.no_batch = next((part.no_batch for part in parts if part.no_batch), "")
+    joined.measured = any(part.measured for part in parts)
     first = 0
     for part in parts:
         joined.failures.update({first + run: failure for run, failure in part.failures.items()})
@@ -452,6 +465,9 @@ def require_functions(world: Any, made: Any) -> None:
                     f"the {what} {type(plug).__name__} has no {name}(): it needs {', '.join(f'{f}()' for f in functions)}"
                     + (", .state and .covariance" if what == "filter" else "")
                 )
+    dt = getattr(world, "dt", 1.0)
+    if np.ndim(dt) == 0 and not (isinstance(dt, (int, float, np.integer, np.floating)) and 0 < dt <= 1e6):
+        raise PlugError(f"world.dt = {dt!r}: expected the time of a step in s, at most 1e6")
 
 
 def _require_one_that_runs(plan: Plan, runs: int, tried: Chunk) -> None:
@@ -494,20 +510,39 @@ def require_time_step(plan: Plan) -> None:
     if 1.5 <= least < np.inf:  # noise that is the same at each call gives 2 or more
         raise PlugError(
             "Q does not scale with dt: two predictions of half a step give every state at least "
-            f"{least:.3g} times the variance of one of the whole step"
+            f"{least:.3g} times the variance of one of the whole step; scale Q by the time that predict() is given, or leave "
+            "out the dt of the world"
         )
 
 
 def require_same_twice(plan: Plan, runs: int) -> None:
-    short = dataclasses.replace(plan, steps=min(plan.steps, 5))
+    """Plays the first runs twice, as far as the first measurement and 5 steps at least."""
     runs = min(runs, CHUNK if plan.batch else 2)
-    once, again = play_batch(short, 0, runs), play_batch(short, 0, runs)
-    _require_one_that_runs(short, runs, once)
-    deviation = np.sqrt(np.abs(np.diagonal(once.P, axis1=-2, axis2=-1)))
-    for name, a, b, scale in (
+    steps = min(plan.steps, 5)
+    while True:
+        short = dataclasses.replace(plan, steps=steps)
+        once, again = play_batch(short, 0, runs), play_batch(short, 0, runs)
+        _require_one_that_runs(short, runs, once)
+        _require_same(once, again)
+        if once.measured or steps == plan.steps:
+            return
+        steps = min(plan.steps, 2 * steps)
+
+
+def _require_same(once: Chunk, again: Chunk) -> None:
+    def deviations(P: np.ndarray) -> np.ndarray:
+        return np.sqrt(np.abs(np.diagonal(P, axis1=-2, axis2=-1)))
+
+    deviation = deviations(once.P)
+    compared = [
         ("error", once.error, again.error, deviation),
         ("covariance", once.P, again.P, deviation[..., :, np.newaxis] * deviation[..., np.newaxis, :]),
-    ):
+    ]
+    for sensor, (nu, S) in once.innovations.items():
+        of_again = again.innovations.get(sensor, (np.empty(0), None))[0]
+        if of_again.shape == nu.shape:
+            compared.append((f"innovation of {sensor}" if sensor else "innovation", nu, of_again, deviations(S)))
+    for name, a, b, scale in compared:
         with np.errstate(invalid="ignore"):  # of inf - inf, which are of runs that failed
             close = np.abs(a - b) <= _ROUNDING * np.maximum(np.abs(a), scale)
         same = close | (a == b) | (np.isnan(a) & np.isnan(b))

@@ -14,6 +14,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _credence
+from ._arrays import written_report
 from ._messages import in_arguments
 
 
@@ -220,8 +221,7 @@ class Result:
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
-        self._told.write_report(os.fsdecode(directory))
-        return os.path.join(os.fsdecode(directory), "index.html")
+        return written_report(self._told, directory)
 
     @property
     def remarks(self) -> list[str]:

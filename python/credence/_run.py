@@ -6,12 +6,13 @@ import html
 import json
 import math
 import os
+import warnings
 from typing import Any, Mapping, Optional, Union
 
 import numpy as np
 
 from . import _credence
-from ._arrays import system_path
+from ._arrays import folder_path, require_text, system_path, written_report
 from ._check import Progress, require_progress, require_threads
 from ._messages import names_arguments
 from ._result import Result, Verdict
@@ -47,6 +48,8 @@ def _toml(document: Mapping[str, Any]) -> str:
 
 def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str | bytes, Optional[str], list[str]]":
     """File, text if there is one, and the settings over it."""
+    for key in overrides:
+        require_text(key, "a setting")
     settings = [f"{key}={_toml_value(value)}" for key, value in overrides.items()]
     if isinstance(scenario, Mapping):
         return "scenario", _toml(scenario), settings
@@ -60,6 +63,9 @@ def _of_study(
 ) -> "dict[str, Any]":
     """Settings, with those of [study] that have arguments of their own."""
     own = {"runs": runs, "steps": steps, "seed": seed}
+    for key, value in own.items():
+        if value is not None and f"study.{key}" in overrides:
+            raise ValueError(f"{key} = {value!r} and study.{key} = {overrides[f'study.{key}']!r}: expected one of them")
     return {**overrides, **{f"study.{key}": value for key, value in own.items() if value is not None}}
 
 
@@ -85,7 +91,13 @@ def run(
     """
     require_threads(threads)
     require_progress(progress)
-    return Result(_credence.run(*_read(scenario, _of_study(overrides, runs, steps, seed)), threads, progress))
+    file, text, settings = _read(scenario, _of_study(overrides, runs, steps, seed))
+    if _credence.has_sweep(file, text):
+        warnings.warn(
+            f"{os.fsdecode(file)} has a [sweep], which run leaves aside; credence.sweep runs all of its configurations",
+            stacklevel=3,
+        )
+    return Result(_credence.run(file, text, settings, threads, progress))
 
 
 class Sweep:
@@ -129,8 +141,7 @@ class Sweep:
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
-        self._told.write_report(os.fsdecode(directory))
-        return os.path.join(os.fsdecode(directory), "index.html")
+        return written_report(self._told, directory)
 
     def __repr__(self) -> str:
         return self._told.text()
@@ -177,7 +188,7 @@ def load(directory: "str | os.PathLike[str]", *, threads: int = 0) -> "Result | 
     Verdicts are those of ``credence show DIR``. Raises StoreError, an OSError, where no results are stored.
     """
     require_threads(threads)
-    told = _credence.load(os.fsdecode(directory), threads)
+    told = _credence.load(folder_path(directory), threads)
     return Sweep(told) if told.is_sweep else Result(told)
 
 

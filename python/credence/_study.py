@@ -22,6 +22,8 @@ MOST_WORKERS = 4096
 
 
 def switches_of(noise: Optional[Mapping[str, Any]]) -> Switches:
+    if noise is not None and not isinstance(noise, Mapping):
+        raise ValueError(f"noise = {noise!r}: expected a dict, as {{'outlier_rate': 0.01}}")
     known = [field.name for field in dataclasses.fields(Switches)]
     for key in noise or {}:
         if key not in known:
@@ -188,6 +190,8 @@ def study(
             break
         except _LateSensors as late:
             dims.update(late.dims)
+    if innovation_angles is not None and not dims:
+        raise ValueError("innovation_angles belongs to filter.innovation, which is None at every step")
     if isinstance(innovation_angles, Mapping) and not set(innovation_angles) <= set(dims):
         raise ValueError(f"innovation_angles has the sensors {sorted(innovation_angles)}, the filter's innovation {sorted(dims)}")
     source = f"simulated, {steps} steps, seed {seed}"

@@ -11,11 +11,11 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _credence
-from ._arrays import require_text
+from ._arrays import require_text, written_report
 from ._check import Progress, require_progress, require_threads
 from ._messages import names_arguments
 from ._result import Verdict
-from ._run import Scenario, _read
+from ._run import Scenario, _of_study, _read
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,7 @@ class Tuning(Told):
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
-        self._told.write_report(os.fsdecode(directory))
-        return os.path.join(os.fsdecode(directory), "index.html")
+        return written_report(self._told, directory)
 
 
 @names_arguments
@@ -116,10 +115,7 @@ def tune(
 
     Raises ValueError for a scenario, or something to tune, that is not accepted.
     """
-    for key, value in (("runs", runs), ("steps", steps), ("seed", seed)):
-        if value is not None:
-            overrides[f"study.{key}"] = value
     require_threads(threads)
     require_progress(progress)
     require_text(free, "free")
-    return Tuning(_credence.tune(*_read(scenario, overrides), free, threads, progress))
+    return Tuning(_credence.tune(*_read(scenario, _of_study(overrides, runs, steps, seed)), free, threads, progress))

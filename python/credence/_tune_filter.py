@@ -61,12 +61,13 @@ class _Scores:
         self.nis: "list[np.ndarray]" = []
         self.lag_one: "list[np.ndarray]" = []
         self.steps = self.dof = 0.0
-        self.ok = True
+        self.ok, self.composite = True, False
 
     def add(self, chunk: Chunk) -> None:
         runs = len(chunk.error)
         value, nis, lag_one = np.zeros(runs), np.zeros(runs), np.zeros(runs)
         self.ok = self.ok and not chunk.failures and bool(chunk.innovations)
+        heard = np.zeros(chunk.error.shape[:2], dtype=bool)  # runs and steps
         for nu, S in chunk.innovations.values() if self.ok else ():
             shown = np.isfinite(nu)
             both = shown[..., :, np.newaxis] & shown[..., np.newaxis, :]
@@ -81,15 +82,17 @@ class _Scores:
             value -= (0.5 * dof * math.log(2.0 * math.pi) + 0.5 * (u**2).sum(axis=-1) + logarithms).sum(axis=-1)
             nis += (u**2).sum(axis=(-2, -1))
             lag_one += _lag_one(u, shown)
-            self.steps += float((dof > 0).sum())
+            self.composite = self.composite or bool((heard & (dof > 0)).any())
+            heard |= dof > 0
             self.dof += float(dof.sum())
+        self.steps += float(heard.sum())
         self.value.append(value)
         self.nis.append(nis)
         self.lag_one.append(lag_one)
 
-    def all(self) -> "tuple[np.ndarray, np.ndarray, np.ndarray, float, float, bool]":
+    def all(self) -> "tuple[np.ndarray, np.ndarray, np.ndarray, float, float, bool, bool]":
         sums = [np.concatenate(part) for part in (self.value, self.nis, self.lag_one)]
-        return sums[0], sums[1], sums[2], self.steps, self.dof, self.ok
+        return sums[0], sums[1], sums[2], self.steps, self.dof, self.ok, self.composite
 
 
 def _factors(start: Mapping[str, float]) -> "dict[str, float]":
@@ -114,8 +117,12 @@ def tune_filter(
     noise_group: int = 0,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
+    units: Any = None,
     innovation_angles: Any = None,
+    blocks: Optional[Mapping[str, Any]] = None,
     confidence: float = 0.95,
+    nonlinear: bool = False,
+    inflated: bool = False,
     batch: bool = True,
     workers: int = 1,
     noise: Optional[Mapping[str, Any]] = None,
@@ -128,8 +135,8 @@ def tune_filter(
 
     The runs are played again with the same noise for every trial of the factors. Nothing is judged on the runs tuned on:
     ``held_out`` and ``before`` are studies with as many runs of the next seed.
-    names, angles, innovation_angles, confidence, batch, workers, noise: as in ``study``. A trial that any run fails in is
-    no better than any other; with `start` none may.
+    names, angles, units, innovation_angles, blocks, confidence, nonlinear, inflated, batch, workers, noise: as in ``study``.
+    A trial that any run fails in is no better than any other; with `start` none may.
 
     Raises ValueError for no factor or one that is not positive, and for a filter that has no scores with its start; PlugError as
     ``study``, and for a filter that does not take the factors as keyword arguments.
@@ -169,8 +176,9 @@ def tune_filter(
         def fresh(values: Mapping[str, float]) -> Result:
             return study(
                 world, functools.partial(filter, **values), runs=runs, steps=steps, noise_group=noise_group, names=names,
-                seed=seed + 1 if seed < LARGEST_SEED else 0, angles=angles, innovation_angles=innovation_angles,
-                confidence=confidence, batch=batch, workers=workers, noise=noise,
+                seed=seed + 1 if seed < LARGEST_SEED else 0, angles=angles, units=units, innovation_angles=innovation_angles,
+                blocks=blocks, confidence=confidence, nonlinear=nonlinear, inflated=inflated, batch=batch,
+                workers=workers, noise=noise,
             )  # fmt: skip
 
         tuning.before, tuning.held_out = fresh(factors), fresh(tuning.factors)

@@ -247,7 +247,7 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
   const StepTimes* const times = verdict.times.get();
   Panel panel{.title = title, .x_label = step_label(times), .y_label = y_label};
   const bool sparse =
-      2 * std::ranges::count_if(verdict.steps, &StepTest::has_data) < std::ssize(verdict.steps);
+      2 * std::ranges::count_if(verdict.steps, &StepTest::has_data) <= std::ssize(verdict.steps);
   FigureData x;
   std::vector<StepTest> shown;
   for (std::size_t k = 0; k < verdict.steps.size(); ++k) {

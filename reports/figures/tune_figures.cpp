@@ -40,7 +40,7 @@ KeyOfParameter keys_of(const ScenarioTuning& t) {
 /// By how much the variance of an estimate exceeds that of a right filter: the likelihood ratio is so many
 /// times a χ² of one dof [Kent 1982].
 double variance_ratio(const Tuning& tuning, Index coordinate) {
-  if (!tuning.misspecified) return 1.0;
+  if (!tuning.by_sandwich) return 1.0;
   const auto& free = tuning.estimate.free;
   const Index at = std::ranges::find(free, coordinate) - free.begin();
   return tuning.estimate.sandwich()(at, at) / tuning.estimate.covariance(at, at);

@@ -38,6 +38,17 @@ TEST_F(CommonOptionsTest, OptionsOfTheStudyHaveTheLastWordAndLaterSettingsTheLat
   EXPECT_EQ(j["scenario"]["noise"]["process_variance"], 0.2);
 }
 
+TEST_F(CommonOptionsTest, APageOfOthersIsSeenBeforeAnythingIsPlayed) {
+  fs::create_directories(folder_ / "page");
+  write("page/index.html", "mine");
+  const Finished f = run({"run", "a.toml", "--out", "page"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_NE(f.err.find("page/index.html: is there already and no page of a report"), std::string::npos)
+      << f.err;
+  EXPECT_EQ(read("page/index.html"), "mine");
+  EXPECT_FALSE(fs::exists(folder_ / "page/results.sqlite"));
+}
+
 TEST_F(CommonOptionsTest, ASettingIsOneWordAndTakesNoScenarioForAnother) {
   // CLI11 by itself would give every word behind --set to it.
   EXPECT_EQ(json({"run", "--set", "study.runs=70", "a.toml", "--format", "json"})["runs"], 70);

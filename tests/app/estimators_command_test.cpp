@@ -51,6 +51,18 @@ TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
   }
 }
 
+TEST_F(EstimatorsCommand, WhatItLeavesAsideIsSaid) {
+  const Finished f = run({"estimators", scenario_file("linear_estimators"), "--runs", "4", "--steps", "5",
+                          "--quiet", "--set", "study.stop.max_runs=3", "--set", "filter.estimator=kalman"});
+  EXPECT_NE(f.err.find("linear_estimators: estimators leaves [study.stop] aside"), std::string::npos)
+      << f.err;
+  EXPECT_NE(f.err.find("--set filter.estimator=kalman is left aside: --estimators"), std::string::npos)
+      << f.err;
+  const Finished plain =
+      run({"estimators", scenario_file("linear_estimators"), "--runs", "4", "--steps", "5", "--quiet"});
+  EXPECT_EQ(plain.err.find("aside"), std::string::npos) << plain.err;
+}
+
 TEST_F(EstimatorsCommand, TextAndPage) {
   const Finished f =
       run({"estimators", scenario_file("huang_ring"), "--runs", "8", "--steps", "60", "--out", "page"});

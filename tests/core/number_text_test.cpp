@@ -74,5 +74,12 @@ TEST(DurationText, TakesTheUnitThatSuits) {
   EXPECT_EQ(duration_text(9000.0, 2), "2.5 h");
 }
 
+TEST(NumberText, BoundsThatThreeDigitsDoNotTellApartHaveMore) {
+  EXPECT_EQ(interval_text(1.00312, 1.00124, 1.00488), "1.003 (1.001 … 1.005)");
+  EXPECT_EQ(interval_text(1.06, 1.02, 1.11), "1.06 (1.02 … 1.11)");
+  EXPECT_EQ(interval_text(1.0000004, 1.0000001, 1.0000007, 4), "1.000000 (1.000000 … 1.000001)");
+  EXPECT_EQ(interval_text(2.0, 2.0, 2.0), "2.00 (2.00 … 2.00)");
+}
+
 }  // namespace
 }  // namespace credence::internal

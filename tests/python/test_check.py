@@ -444,6 +444,9 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(blocks={"none": []})) == "blocks['none'] has no states"
     assert bad(lambda a: a.update(blocks={"a": [0, 0]})) == "blocks['a'] has 0 twice"
     assert bad(lambda a: a.update(angles=["x1", 0])) == "angles has 0 twice"
+    assert bad(lambda a: a.update(innovation_angles=[5])) == (
+        "innovation_angles: there is no component 5; the innovation has 1"
+    )
     assert bad(lambda a: a.update(angles=[True, 1])) == "angles: there is no state True; the state has 2"
     for flag in ("nonlinear", "inflated", "sensitivity"):
         assert bad(lambda a: a.update({flag: "no"})) == f"{flag} = 'no': expected True or False"

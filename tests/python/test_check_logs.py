@@ -65,6 +65,17 @@ def test_options_are_those_that_the_command_accepts(tmp_path):
     for word in ("format", "topic", "truth_topic", "chart", "align"):
         with pytest.raises(ValueError, match=f"^{word} = 3: expected a str"):
             credence.check_logs(file, **{word: 3})
+    for refused in (
+        {"instance": "a"}, {"instance": 1.5}, {"time_offset": []}, {"lever_arm": "1,2,3"}, {"lever_arm": (1, "x", 3)},
+        {"lever_arm": 5}, {"truth": 5},
+    ):
+        (argument,) = refused
+        with pytest.raises(ValueError, match=f"^{argument} = .*: expected "):
+            credence.check_logs(file, **refused)
+    with pytest.raises(ValueError, match="^logs = None: expected files, or folders of them"):
+        credence.check_logs(None)
+    with pytest.raises(ValueError, match="^logs holds 5: expected files, or folders of them"):
+        credence.check_logs([file, 5])
     with pytest.raises(ValueError, match=r"^progress = 3: expected a function of \(done, total\)"):
         credence.check_logs(file, progress=3)
 

@@ -69,12 +69,27 @@ def test_scenarios_that_come_with_the_program_are_known_by_their_names():
         credence.run("figure1_two_landmarks", **{"sweep.x": 1})
 
 
+def test_a_sweep_that_is_left_aside_is_told():
+    with pytest.warns(UserWarning, match=r"mistuned_sweep has a \[sweep\], which run leaves aside") as told:
+        credence.run("mistuned_sweep", runs=64)
+    assert told[0].filename == __file__
+
+
 def test_what_is_wrong_is_named():
     with pytest.raises(ValueError, match="landmark_count"):
         credence.run(SCENARIO, **{"world.landmark_count": 3})
     with pytest.raises(ValueError, match="threads = -1: expected 0 to 4096"):
         credence.run(SCENARIO, threads=-1)
+    for directory in ("a\0b", "\ud800", 5):
+        with pytest.raises(ValueError, match="is no path"):
+            credence.load(directory)
+        with pytest.raises(ValueError, match="is no path"):
+            credence.run(SCENARIO, runs=64).report(directory)
     for plays in (credence.run, credence.sweep, credence.tune):
+        with pytest.raises(ValueError, match="^runs = 5 and study.runs = 7: expected one of them"):
+            plays(SCENARIO, runs=5, **{"study.runs": 7})
+        with pytest.raises(ValueError, match="^a setting = .*: expected characters of Unicode"):
+            plays(SCENARIO, **{"a.\udc80": 1})
         with pytest.raises(ValueError, match=r"^progress = 3: expected a function of \(done, total\)"):
             plays(SCENARIO, progress=3)
     with pytest.raises(ValueError, match="no section"):

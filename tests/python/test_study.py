@@ -215,6 +215,16 @@ def test_an_exception_of_the_world_is_no_failed_run():
         credence.study(Subtracts(), Lost, **STUDY)
 
 
+def test_innovation_angles_without_an_innovation_are_refused():
+    class Silent(Filter):
+        def update(self, z):
+            super().update(z)
+            self.innovation = None
+
+    with pytest.raises(ValueError, match="^innovation_angles belongs to filter.innovation, which is None at every step"):
+        credence.study(World(), Silent, innovation_angles=[7], **STUDY)
+
+
 def test_innovation_angles_of_a_sensor_that_is_not_there_are_refused():
     with pytest.raises(ValueError, match=r"innovation_angles has the sensors \['gps'\], the filter's innovation \[''\]"):
         credence.study(World(), Filter, innovation_angles={"gps": [0]}, **STUDY)
@@ -387,7 +397,7 @@ def test_a_prior_that_no_filter_can_start_from_is_named(mean, P, why):
         credence.study(Bad(), Filter, runs=10, steps=5)
 
 
-@pytest.mark.parametrize("prior", [(0.0, 1.0), (np.zeros(0), np.zeros((0, 0))), np.zeros(2)])
+@pytest.mark.parametrize("prior", [(0.0, 1.0), (np.zeros(0), np.zeros((0, 0)))])
 def test_a_prior_that_is_none_is_named(prior):
     class Vague(World):
         def prior(self):
@@ -449,6 +459,23 @@ def test_plugs_that_are_none_are_named():
 
     assert message(World(), Random).startswith("run 0 is not the same twice, in its error at step 1, ")
 
+    class Seldom(World):
+        """With noise of its own at every tenth step, and no measurement before."""
+
+        def measure(self, x, k, noise):
+            return x[:, :1] + np.random.standard_normal((len(x), 1)) if k % 10 == 0 else None
+
+    assert message(Seldom(), Filter).startswith("run 0 is not the same twice, in its error at step 10, ")
+
+    class Telling(Filter):
+        """What it shows is not what it has used."""
+
+        def update(self, z):
+            super().update(z)
+            self.innovation = self.innovation + np.random.standard_normal(z.shape)
+
+    assert message(World(), Telling).startswith("run 0 is not the same twice, in its innovation at step 1, ")
+
     class Sampling(Filter):
         """As the mean of a million samples would be."""
 
@@ -496,6 +523,33 @@ def test_plugs_that_are_none_are_named():
     )
     with pytest.raises(ValueError, match="runs = 0"):
         credence.study(World(), Filter, runs=0)
+    with pytest.raises(ValueError, match="^names = 5: expected one for each state"):
+        credence.study(World(), Filter, runs=5, names=5)
+    with pytest.raises(ValueError, match="^noise = 5: expected a dict"):
+        credence.study(World(), Filter, runs=5, noise=5)
+    with pytest.raises(ValueError, match=r"^noise\['student_dof'\] = 1180591620717411303424: expected 0 to"):
+        credence.study(World(), Filter, runs=5, noise={"student_dof": 2**70})
+
+    class Halves(World):
+        def measure(self, x, k, noise):
+            return x[:, :1] + noise(1.0)
+
+    assert "noise(1.0): expected how many numbers" in message(Halves(), Filter)
+
+    class Vague(World):
+        def prior(self):
+            return self.told
+
+    for told, kind in ((None, "NoneType"), (np.zeros(2), "ndarray"), ((0.0,), "tuple")):
+        Vague.told = told
+        assert message(Vague(), Filter) == (
+            f"world.prior() gives {kind}: expected the mean (n,) and the covariance (n, n)"
+        )
+    for dt in (-1, float("nan"), float("inf"), 1e300, "a"):
+        world = World()
+        world.dt = dt
+        with pytest.raises(credence.PlugError, match="^world.dt = .*: expected the time of a step in s"):
+            credence.study(world, TimedFilter, runs=5, steps=5)
     for flag in ("batch", "nonlinear", "inflated"):
         with pytest.raises(ValueError, match=f"^{flag} = 'no': expected True or False"):
             credence.study(World(), Filter, runs=5, steps=5, **{flag: "no"})

@@ -145,7 +145,7 @@ def scores_of(innovations):
     runs, steps = next(iter(innovations.values()))[0].shape[:2]
     scores = _Scores()
     scores.add(Chunk(np.zeros((runs, steps, 1)), np.ones((runs, steps, 1, 1)), innovations, None))
-    *sums, ok = scores.all()
+    *sums, ok, _ = scores.all()
     assert ok
     return sums
 
@@ -216,9 +216,22 @@ def test_one_innovation_of_two_sensors_tunes_as_two():
     one, two = (credence.tune_filter(Pair(), make, {"r": 3.0}, runs=60, steps=30, seed=2) for make in (InTurn, Apart))
     of_one, of_two = one.parameters["r"], two.parameters["r"]
     assert of_one.lower < 1.0 < of_one.upper
-    for name in ("value", "lower", "upper"):
-        assert getattr(of_one, name) == pytest.approx(getattr(of_two, name), rel=1e-6)
+    assert of_one.value == pytest.approx(of_two.value, rel=1e-6)
+    assert of_two.lower < 1.0 < of_two.upper
     assert one.held_out.verdict == "consistent"
+    assert not any("scored apart" in note for note in one.notes)
+    assert any("scored apart" in note for note in two.notes), "that one comes after the other cannot be seen"
+    assert (one.to_dict()["intervals"], two.to_dict()["intervals"]) == ("observed information", "sandwich")
+    scores = [t.to_dict()["log_score"]["before"] for t in (one, two)]
+    assert scores[0] == pytest.approx(scores[1], rel=1e-9), "a step counts once, however many sensors it has"
+
+
+def test_what_a_study_is_told_its_studies_are():
+    told = {"names": ["x", "v"], "units": ["m", "m/s"], "blocks": {"both": [0, 1]}, "nonlinear": True, "inflated": True}
+    tuning = credence.tune_filter(World(), Scaled, {"q": 5.0}, runs=40, steps=20, **told)
+    for of_tuning, q in ((tuning.before, 5.0), (tuning.held_out, tuning.factors["q"])):
+        alone = credence.study(World(), lambda q=q: Scaled(q=q), runs=40, steps=20, seed=2, **told)
+        assert of_tuning.to_dict() == alone.to_dict()
 
 
 def test_noise_is_that_of_a_study():

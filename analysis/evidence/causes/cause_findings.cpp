@@ -58,6 +58,7 @@ std::optional<Findings::WrongComponent> wrong_component_of(const SensorSums& sum
   for (const ComponentVariance& component : all)
     if (component.count > 0) factors.add(component.mean);
   return Findings::WrongComponent{component_name(s, s.components.worst),
+                                  s.name,
                                   most,
                                   *nearest,
                                   sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN,
@@ -97,6 +98,14 @@ std::optional<Findings::OpposedComponents> opposed_components_of(const SensorSum
                                      smaller,
                                      sums.varies ? 0.0 : opposed_lags(sums.lags.of_values(), large, small),
                                      sums.measurement_share.count > 0 ? sums.measurement_share.mean : kNaN};
+}
+
+/// Whether another sensor is as wrong, of which the component is not then the most wrong part.
+bool is_outdone(const Findings::WrongComponent& component, const Findings& findings) {
+  return std::ranges::any_of(findings.wrong_sensors, [&](const Findings::WrongSensor& of) {
+    return of.name != component.sensor &&
+           std::abs(std::log(of.nis)) >= std::abs(std::log(component.factor.mean));
+  });
 }
 
 /// The most wrong pair of a sensor, where its sum and difference are wrong otherwise, beyond both intervals.
@@ -350,6 +359,8 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   }
   std::ranges::stable_sort(findings.wrong_sensors, std::ranges::greater{},
                            [](const auto& sensor) { return std::abs(std::log(sensor.nis)); });
+  if (findings.wrong_component && is_outdone(*findings.wrong_component, findings))
+    findings.wrong_component.reset();
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.error_mean_runs = j.law.error_mean.test.count;

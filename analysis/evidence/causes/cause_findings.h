@@ -61,7 +61,7 @@ struct Findings {
   std::vector<WrongSensor> wrong_sensors = {};
   /// A component of the innovations of a sensor that is wrong otherwise than the others of it.
   struct WrongComponent {
-    std::string name;
+    std::string name, sensor;
     ComponentVariance factor;
     double others = 0.0;        ///< the factor of the others that is nearest to it
     double noise_share = kNaN;  ///< tr(S⁻¹ R)/m of the sensor

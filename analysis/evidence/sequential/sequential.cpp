@@ -136,9 +136,12 @@ StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
   const auto scale = [&] { return scale_confidence_sequence(prefix.nees, prefix.nees_dof, rule.confidence); };
   if (by_scale) decision.scale = scale();
 
-  if (rule.on_verdict && decision.p_value <= alpha) {
-    stop(decision, "verdict",
-         log_nees >= log_nis ? direction_of_nees(prefix) : direction(prefix.nis, prefix.nis_dof));
+  const bool proved_wrong = decision.p_value <= alpha;
+  const auto proved = [&] {
+    return log_nees >= log_nis ? direction_of_nees(prefix) : direction(prefix.nis, prefix.nis_dof);
+  };
+  if (rule.on_verdict && proved_wrong) {
+    stop(decision, "verdict", proved());
   } else if (by_scale && scale_is_within(decision.scale, rule.consistent_within)) {
     stop(decision, "verdict", Verdict::consistent);
   } else if (prefix.last) {
@@ -146,7 +149,7 @@ StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
     stop(decision, "max_runs", last.verdict);
     decision.p_value = std::fmin(decision.p_value, of_half(last.p_value));
   } else if (precise(rule, decision.mean_nees)) {
-    stop(decision, "precision", Verdict::undecided);
+    stop(decision, "precision", proved_wrong ? proved() : Verdict::undecided);
   }
   if (decision.stop && !by_scale) decision.scale = scale();
   return decision;

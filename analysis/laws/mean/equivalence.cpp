@@ -20,9 +20,10 @@ double equivalence_p_value(const SkewedMoments& run_averages, double delta) {
 }
 
 double proved_within(const SkewedMoments& run_averages, double confidence) {
-  if (!(confidence > 0.5 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0.5, 1)", confidence));
+  if (!(confidence >= 0.5 && confidence < 1.0)) {
+    throw std::invalid_argument(fmt::format("confidence = {} must lie in [0.5, 1)", confidence));
   }
+  if (confidence == 0.5) return kNaN;  // an interval that never covers
   const MeanInterval interval = run_mean_interval(run_averages, 2.0 * confidence - 1.0);
   if (!interval.reason.empty()) return kNaN;
   if (interval.lower <= 0.0) return std::numeric_limits<double>::infinity();

@@ -16,8 +16,8 @@ namespace credence::internal {
 /// run_mean_p_values. Throws as that, and unless δ > 0 is finite.
 double equivalence_p_value(const SkewedMoments& run_averages, double delta);
 
-/// The least δ that is proved at this confidence; infinite if none is, NaN without runs. Throws as
-/// run_mean_interval, and unless ½ < confidence < 1.
+/// The least δ that is proved at this confidence; infinite if none is, NaN without runs, or at ½.
+/// Throws as run_mean_interval, and unless ½ ≤ confidence < 1.
 double proved_within(const SkewedMoments& run_averages, double confidence);
 
 }  // namespace credence::internal

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -126,7 +125,8 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
 void tell_unread(const ArrayFile& file, const ArrayRoles& roles, const RunLayout& layout, LogSink& sink) {
   constexpr std::size_t kMost = 8;
   const auto lacks_its_sensor = [&layout](std::string_view name) {
-    return std::ranges::any_of(std::initializer_list{kS, kR, kObservation}, [&](std::string_view array) {
+    constexpr std::string_view kArrays[] = {kS, kR, kObservation};
+    return std::ranges::any_of(kArrays, [&](std::string_view array) {
       const bool named = name.starts_with(array) && name.substr(array.size()).starts_with("_");
       if (!named && name != array) return false;
       const std::string_view sensor = named ? name.substr(array.size() + 1) : "";

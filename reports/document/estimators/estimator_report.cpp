@@ -42,19 +42,20 @@ bool deviates(const MeanInterval& nees) {
   return nees.count > 0 && nees.reason.empty() && (nees.lower > 1.0 || nees.upper < 1.0);
 }
 
+/// Whether the squared error may be twice what P claims, or half of it, for all that these runs tell.
+bool is_undecided(const MeanInterval& nees) { return nees.lower < 0.5 || nees.upper > 2.0; }
+
 /// The same with a tone that says what all estimators together say of it, of what is judged so.
 TableCell nees_cell(const EstimatorRow& row, EstimatorBlock block, double confidence) {
   const MeanInterval& nees = nees_of(row, block);
   const bool is_judged = block == EstimatorBlock::pose || block == EstimatorBlock::map;
-  CellTone tone = CellTone::muted;
-  if (nees.count > 0 && nees.reason.empty()) {
-    const Verdict verdict = is_judged ? verdict_of(row, block, confidence) : Verdict::consistent;
-    tone = verdict == Verdict::optimistic    ? CellTone::alarm
-           : verdict == Verdict::pessimistic ? CellTone::caution
-           : deviates(nees)                  ? CellTone::plain
-                                             : CellTone::good;
-  } else if (nees.count > 0) {
-    tone = CellTone::plain;
+  CellTone tone = nees.count > 0 ? CellTone::plain : CellTone::muted;
+  if (is_judged && nees.count > 0 && nees.reason.empty()) {
+    const Verdict verdict = verdict_of(row, block, confidence);
+    tone = verdict == Verdict::optimistic         ? CellTone::alarm
+           : verdict == Verdict::pessimistic      ? CellTone::caution
+           : deviates(nees) || is_undecided(nees) ? CellTone::plain
+                                                  : CellTone::good;
   }
   return {nees_text(nees), tone};
 }
@@ -233,7 +234,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   }
   table.notes = {fmt::format("{} NEES over dof, averaged over all steps of a run; mean over the runs with "
                              "its {:g} % interval, each by itself; the answer, and the colours, take all "
-                             "estimators together (Holm). 1 is consistent, above is optimistic.",
+                             "estimators together (Holm). 1 is consistent, above is optimistic; of states "
+                             "and steps apart `credence run` tells.",
                              runs_text(study), 100.0 * confidence),
                  "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open "
                  "in run 0. time a step: predict and update, without statistics.",
@@ -296,11 +298,16 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
       study.has_vehicle ? fmt::format("{} ° and {} m",
                                       number_text(kDegrees * std::sqrt(bound.heading_squared), 3), position)
                         : position)};
+  if (std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); })) {
+    table.notes.emplace_back(
+        "An estimator of which runs failed is measured on the others, which may be below the bound for that "
+        "alone.");
+  }
   return table;
 }
 
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
-  std::vector<std::string> consistent, alone, optimistic, pessimistic, unknown, map_optimistic,
+  std::vector<std::string> consistent, alone, undecided, optimistic, pessimistic, unknown, map_optimistic,
       map_pessimistic, failed;
   const double confidence = study.scenario.study.confidence;
   for (const EstimatorRow& row : study.rows) {
@@ -320,7 +327,7 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
                                  number_text(pose.mean, 3)));
       continue;
     }
-    (deviates(pose) ? alone : consistent).push_back(row.name);
+    (deviates(pose) ? alone : is_undecided(pose) ? undecided : consistent).push_back(row.name);
     const Verdict of_map = verdict_of(row, EstimatorBlock::map, confidence);
     if (is_inconsistent(of_map)) {
       (of_map == Verdict::optimistic ? map_optimistic : map_pessimistic)
@@ -338,9 +345,9 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
   const bool all_right = optimistic.empty() && pessimistic.empty();
   if (!consistent.empty()) {
     const std::string of_any =
-        all_right && alone.empty() ? fmt::format(" the {} of any:", judged(study)) : "";
+        all_right && alone.empty() && undecided.empty() ? fmt::format(" the {} of any:", judged(study)) : "";
     sentences.push_back(fmt::format("No evidence against{} {}", of_any, fmt::join(consistent, ", ")));
-  } else if (unknown.empty() && alone.empty()) {
+  } else if (unknown.empty() && alone.empty() && undecided.empty()) {
     sentences.emplace_back("None is consistent");
   }
   if (!alone.empty()) {
@@ -348,6 +355,11 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
         fmt::format("Inconsistent alone, but not {}: {}",
                     study.rows.size() == 1 ? "with all its tests taken together" : "among so many",
                     fmt::join(alone, ", ")));
+  }
+  if (!undecided.empty()) {
+    sentences.push_back(fmt::format(
+        "Undecided after {}, as {} squared error may be twice what P claims, or half: {}",
+        counted(study.runs, "run"), undecided.size() == 1 ? "its" : "their", fmt::join(undecided, ", ")));
   }
   for (const auto& [word, names] :
        {std::pair("optimistic", &map_optimistic), {"pessimistic", &map_pessimistic}}) {
@@ -360,8 +372,8 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
     sentences.push_back(fmt::format("Nothing can be said of {}", fmt::join(unknown, ", ")));
   }
   if (!failed.empty()) sentences.push_back(fmt::format("Failed: {}", fmt::join(failed, ", ")));
-  const bool good =
-      all_right && unknown.empty() && failed.empty() && map_optimistic.empty() && map_pessimistic.empty();
+  const bool good = all_right && undecided.empty() && unknown.empty() && failed.empty() &&
+                    map_optimistic.empty() && map_pessimistic.empty();
   return {good ? CellTone::good : CellTone::caution, fmt::format("{}", fmt::join(sentences, ". "))};
 }
 

@@ -110,7 +110,8 @@ std::string_view condition_text(std::string_view reason) {
   if (reason == to_string(BoundednessReason::paired)) {
     return "combinations of states that no noise touches fix every unobservable direction";
   }
-  if (reason == to_string(BoundednessReason::unpaired)) return "noise drives an unobservable direction";
+  if (reason == to_string(BoundednessReason::unpaired))
+    return "noise, or a direction that stays, drives an unobservable one";
   if (reason == to_string(BoundednessReason::nothing_unobserved)) return "nothing is unobservable";
   if (reason == to_string(BoundednessReason::unstable)) return "an unobservable direction is unstable";
   return reason;

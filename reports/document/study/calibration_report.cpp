@@ -59,10 +59,11 @@ std::string claimed_sigma_sentence(const ClaimedSigmaTest& test, double level) {
 std::string distance_sentence(const Calibration& c) {
   constexpr std::size_t kShown = 4;
   if (c.distance.empty()) return "";
+  const std::size_t shown = std::min(kShown, c.distance.size());
   std::string text = "By distance travelled, NEES over n";
   const bool position = c.distance.front().sigma_m > 0.0;
   if (position) text += " and the position's error over its σ";
-  const std::size_t shown = std::min(kShown, c.distance.size());
+  if (shown < c.distance.size()) text += fmt::format(", of {} of {} lengths", shown, c.distance.size());
   for (std::size_t i = 0; i < shown; ++i) {
     const DistanceBin& bin = c.distance[shown == 1 ? 0 : i * (c.distance.size() - 1) / (shown - 1)];
     text +=

@@ -243,9 +243,23 @@ Figure comparison_figure(std::span<const ComparedStudy> studies, double confiden
   return figure;
 }
 
-/// The one of several whose factor on P is nearest to 1, where no interval of another has a factor that is as
-/// near.
-const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies) {
+/// Whether the factor of `other` is farther from 1 than that of `nearest`, to whichever side that is, by more
+/// than `widths` of their intervals together.
+bool is_farther(const ComparedStudy& other, const ComparedStudy& nearest, double widths) {
+  const auto width_to = [](const MeanInterval& of, double bound) {
+    return std::abs(std::log(bound / of.mean));
+  };
+  const bool large = other.factor.mean > 1.0;
+  const double towards_one = width_to(other.factor, large ? other.factor.lower : other.factor.upper);
+  const double away = std::max(width_to(nearest.factor, nearest.factor.lower),
+                               width_to(nearest.factor, nearest.factor.upper));
+  return factor_distance(other) - factor_distance(nearest) > widths * std::hypot(towards_one, away);
+}
+
+/// The one of several whose factor on P is nearest to 1, where every other is clearly farther, at this
+/// confidence of all (Bonferroni; their intervals as of independent runs, which those on common noise are
+/// not).
+const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies, double confidence) {
   const ComparedStudy* nearest = nullptr;
   std::size_t known = 0;
   for (const ComparedStudy& study : studies) {
@@ -254,12 +268,12 @@ const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies) {
     if (nearest == nullptr || factor_distance(study) < factor_distance(*nearest)) nearest = &study;
   }
   if (known < 2) return nullptr;
-  const double as_near = std::exp(factor_distance(*nearest));
-  for (const ComparedStudy& study : studies) {
-    if (&study == nearest || !std::isfinite(factor_distance(study))) continue;
-    if (!(study.factor.lower > as_near || study.factor.upper < 1.0 / as_near)) return nullptr;
-  }
-  return nearest;
+  const double of_each = 1.0 - (1.0 - confidence) / static_cast<double>(known - 1);
+  const double widths = normal_quantile_two_sided(of_each) / normal_quantile_two_sided(confidence);
+  const bool clearly = std::ranges::all_of(studies, [&](const ComparedStudy& study) {
+    return &study == nearest || !std::isfinite(factor_distance(study)) || is_farther(study, *nearest, widths);
+  });
+  return clearly ? nearest : nullptr;
 }
 
 ReportAnswer comparison_answer(std::span<const ComparedStudy> studies, double confidence) {
@@ -283,7 +297,8 @@ ReportAnswer comparison_answer(std::span<const ComparedStudy> studies, double co
   const auto is_choice = [&](const ComparedStudy& nearest) {
     return untrusted.size() == studies.size() || std::ranges::count(untrusted, nearest.name) == 0;
   };
-  if (const ComparedStudy* const nearest = nearest_of(studies); nearest != nullptr && is_choice(*nearest)) {
+  if (const ComparedStudy* const nearest = nearest_of(studies, confidence);
+      nearest != nullptr && is_choice(*nearest)) {
     answer.text += fmt::format("; nearest to right: {}, factor on P {}", nearest->name,
                                number_text(nearest->factor.mean, 3));
   }

@@ -181,6 +181,23 @@ ReportTable tests_table(const Judgement& j) {
   return table;
 }
 
+std::string contradiction_of_stop(const StudyAnalysis& a) {
+  const Verdict verdict = overall_verdict(a);
+  if (!a.stop || verdict == a.stop->verdict) return {};
+  if (verdict == Verdict::not_gaussian) {
+    return fmt::format("{}, for which the rule's tests of steps and innovations do not allow", a.word.says);
+  }
+  const std::span<const BlockVerdict> blocks =
+      a.judgement ? a.judgement->blocks : std::span<const BlockVerdict>();
+  const std::string clause = word_clause(a.word, a.nees, blocks);
+  if (is_inconsistent(verdict)) return fmt::format("the filter is {}, by all tests together", clause);
+  return fmt::format(
+      "the rule proves the mean of NEES alone, and the filter is {}, by tests whose number of runs must be "
+      "set "
+      "in advance, as study.runs without a rule does",
+      clause);
+}
+
 std::string stop_sentence(const StudyAnalysis& a) {
   const StopDecision& stop = a.stop.value();
   const std::string runs =
@@ -189,19 +206,24 @@ std::string stop_sentence(const StudyAnalysis& a) {
     return fmt::format("Out of time {}: {} so far, at any look p = {}.", runs, to_string(stop.verdict),
                        number_text(stop.p_value, 3));
   }
+  const std::string at_any_look = fmt::format("{}, however often one looked (p = {})",
+                                              to_string(stop.verdict), number_text(stop.p_value, 3));
+  const std::string all_the_same = contradiction_of_stop(a);
+  const std::string caveat = all_the_same.empty() ? "" : fmt::format(" All the same: {}.", all_the_same);
   if (stop.reason == "precision") {
-    return fmt::format("Stopped by precision {}: mean NEES {} ({} … {}); this stop gives no verdict.", runs,
+    const bool proved = stop.verdict != Verdict::undecided;
+    return fmt::format("Stopped by precision {}: mean NEES {} ({} … {}); {}.{}", runs,
                        number_text(stop.mean_nees.mean, 4), number_text(stop.mean_nees.lower, 4),
-                       number_text(stop.mean_nees.upper, 4));
+                       number_text(stop.mean_nees.upper, 4),
+                       proved ? at_any_look : "this stop gives no verdict", caveat);
   }
   const std::string factors =
       std::isnan(stop.scale.lower)
           ? "no single factor on P agrees with what was seen at all steps"
           : fmt::format("P times a factor from {} to {} agrees with what was seen",
                         number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
-  return fmt::format("Stopped by {} {}: {}, however often one looked (p = {}); {}.",
-                     stop.reason == "verdict" ? "verdict" : "the last look", runs, to_string(stop.verdict),
-                     number_text(stop.p_value, 3), factors);
+  return fmt::format("Stopped by {} {}: {}; {}.{}", stop.reason == "verdict" ? "verdict" : "the last look",
+                     runs, at_any_look, factors, caveat);
 }
 
 std::string exact_sentence(const StudyAnalysis& a) {

@@ -15,6 +15,8 @@ ReportTable tests_table(const Judgement& judgement);
 
 /// How a study with a stop rule ended, in one sentence. Expects analysis.stop.
 std::string stop_sentence(const StudyAnalysis& analysis);
+/// Why the answer of a study with a stop rule is not that of the rule, a clause; empty where it is.
+std::string contradiction_of_stop(const StudyAnalysis& analysis);
 
 /// What a linear world gives without any run: the mean NEES and NIS that the filter really has, and the
 /// factor on P that mends it, over all steps. Empty where no exact moments are known.

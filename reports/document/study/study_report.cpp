@@ -90,7 +90,10 @@ std::string single_answer(const StudyAnalysis& a) {
                          is_inflated(a) ? ", as inflation makes it" : "", fault_clause(a));
     case Verdict::not_gaussian: return fmt::format("{}: {}", a.scenario.name, a.word.says);
     case Verdict::undecided: {
-      const std::string& reason = a.judgement ? a.judgement->nees.reason : a.nees.reason;
+      const std::string of_stop = contradiction_of_stop(a);
+      const std::string& reason = !of_stop.empty() ? of_stop
+                                  : a.judgement    ? a.judgement->nees.reason
+                                                   : a.nees.reason;
       return fmt::format("{} is undecided{}", a.scenario.name, reason.empty() ? "" : ": " + reason);
     }
     default: return "No evidence that this covariance is wrong";
@@ -111,7 +114,7 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
     notes.push_back("not Gaussian: P is right, and the errors have heavier tails than a Gaussian law.");
   }
   if (any_of(studies, [](const StudyAnalysis& a) { return a.stop.has_value(); })) {
-    notes.push_back("With a stop rule the verdict is that of the rule.");
+    notes.push_back("With a stop rule the verdict is that of the rule, unless other tests contradict it.");
   }
   return notes;
 }
@@ -306,7 +309,7 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
                     a.complete ? "" : fmt::format(" (interrupted; {} were asked for)", a.scenario.study.runs),
                     a.scenario.study.steps, a.scenario.study.seed)},
        {"state", state_text(a)}});
-  if (a.stop) document.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
+  if (a.stop) document.callout(verdict_cell(overall_verdict(a)).tone, stop_sentence(a));
   if (a.judgement) document.bullets(study_advice(*a.judgement));
   add_failures(document, a);
   if (std::string open = not_converged_sentence(a.statistics.not_converged, a.statistics.runs);

@@ -53,7 +53,12 @@ Json tuned_sensor_json(const InnovationTuning& t) {
   return j;
 }
 
-/// "S should be 3.2 times as large (2.9 … 3.5)", of each sensor.
+std::string scale_text(const InnovationTuning& t) {
+  return interval_text(t.scale.scale, t.scale.lower, t.scale.upper);
+}
+bool scale_agrees(const InnovationTuning& t) { return t.scale.lower <= 1.0 && t.scale.upper >= 1.0; }
+
+/// "S should be 3.2 times what it is (2.9 … 3.5)", of each sensor.
 ReportAnswer log_tune_answer(const std::vector<InnovationTuning>& sensors) {
   std::string answer;
   for (const InnovationTuning& t : sensors) {
@@ -64,18 +69,18 @@ ReportAnswer log_tune_answer(const std::vector<InnovationTuning>& sensors) {
           t.comes_first + ", which comes first: until then neither a factor on S nor the gain can be told";
       continue;
     }
-    answer += identified(t)
-                  ? fmt::format("S should be {} times what it is ({} … {})", number_text(t.scale.scale, 3),
-                                number_text(t.scale.lower, 3), number_text(t.scale.upper, 3))
-                  : "no factor on S can be told";
+    answer +=
+        !identified(t) ? "no factor on S can be told"
+        : scale_agrees(t)
+            ? fmt::format("S agrees with its innovations; most likely is {} times what it is", scale_text(t))
+            : fmt::format("S should be {} times what it is", scale_text(t));
     if (t.gain != GainError::none_seen) {
       answer += t.gain == GainError::other ? ", and the innovations are correlated"
                                            : fmt::format(", and the gain is {}", to_string(t.gain));
     }
   }
   const bool all_fit = std::ranges::all_of(sensors, [](const InnovationTuning& t) {
-    return t.comes_first.empty() && t.gain == GainError::none_seen && identified(t) && t.scale.lower <= 1.0 &&
-           t.scale.upper >= 1.0;
+    return t.comes_first.empty() && t.gain == GainError::none_seen && identified(t) && scale_agrees(t);
   });
   return {all_fit ? CellTone::good : CellTone::caution, answer};
 }
@@ -97,10 +102,7 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
                                 {"left out one by one", words}}};
   for (const InnovationTuning& t : sensors) {
     const LeftOut& parts = t.left_out_parts;
-    table.add({t.name.empty() ? "–" : t.name, t.values,
-               identified(t) ? fmt::format("{} ({} … {})", number_text(t.scale.scale, 3),
-                                           number_text(t.scale.lower, 3), number_text(t.scale.upper, 3))
-                             : "not identifiable",
+    table.add({t.name.empty() ? "–" : t.name, t.values, identified(t) ? scale_text(t) : "not identifiable",
                std::isnan(t.lag_one)
                    ? "–"
                    : fmt::format("{} (white: within ±{})", number_text(t.lag_one, 2), number_text(t.band, 2)),
@@ -110,7 +112,8 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
                             : "not tested"});
   }
   table.notes.emplace_back(
-      "Left out: the mean NIS of each part over that of the others, by the F law, adjusted by Holm, where "
+      "Left out: the mean NIS of each part over that of the others, by the F law, with the variance that NIS "
+      "has, adjusted by Holm, where "
       "the innovations look white.");
   return table;
 }

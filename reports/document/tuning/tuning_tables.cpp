@@ -115,7 +115,7 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
                   {"steps for ±10 %"}},
       .notes = {fmt::format(
           "{}. Interval: {}{}. By resampling: {} of data drawn with replacement, one Newton step each.",
-          engine, t.misspecified ? "the sandwich of observed information and scores" : "observed information",
+          engine, t.by_sandwich ? "the sandwich of observed information and scores" : "observed information",
           std::ranges::any_of(t.parameters, &TunedParameter::by_likelihood_ratio)
               ? ", of what is known weakly the likelihood ratio"
               : "",
@@ -150,7 +150,7 @@ ReportTable score_gain_table(const Tuning& g) {
 
 std::string likelihood_ratio_text(const Tuning& g) {
   return fmt::format("Likelihood ratio {} with {} dof, p {}{}.", number_text(g.likelihood_ratio, 4),
-                     g.coordinates.size(), g.likelihood_ratio_p_value < 1e-12 ? "" : "= ",
+                     g.likelihood_ratio_dof, g.likelihood_ratio_p_value < 1e-12 ? "" : "= ",
                      p_value_text(g.likelihood_ratio_p_value));
 }
 
@@ -163,7 +163,14 @@ std::string asked_noise_text(const std::string& of_what, const Tuning& tuning) {
   const bool together = !any && tuning.likelihood_ratio_p_value < 1.0 - tuning.confidence;
   std::string asked, kept;
   for (const TunedParameter& p : tuning.parameters) {
-    if (!p.identifiable) continue;
+    if (!p.identifiable) {
+      if (p.contradicts_present()) {
+        append_item(asked, p.before > p.upper
+                               ? fmt::format("{} of at most {}", p.name, number_text(p.upper, 3))
+                               : fmt::format("{} of at least {}", p.name, number_text(p.lower, 3)));
+      }
+      continue;
+    }
     append_item(
         together || p.contradicts_present() ? asked : kept,
         fmt::format("{} = {} ({})", p.name, number_text(p.value, 4), tuned_interval_text(p.lower, p.upper)));
@@ -192,7 +199,7 @@ Json tuning_json(const Tuning& g) {
                     {"likelihood_ratio_p_value", g.likelihood_ratio_p_value}};
   j["innovations"] = {{"nis", {{"before", g.nis_before}, {"after", g.nis_after}, {"expected", g.dof}}},
                       {"lag_one_correlation", {{"before", g.lag_one_before}, {"after", g.lag_one_after}}}};
-  j["intervals"] = g.misspecified ? "sandwich" : "observed information";
+  j["intervals"] = g.by_sandwich ? "sandwich" : "observed information";
   j["information_ratio"] = g.information_ratio;
   return j;
 }

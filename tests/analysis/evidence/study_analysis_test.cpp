@@ -127,6 +127,39 @@ TEST(StudyAnalysis, APlanarFilterIsConsistentWhileItIsNearlyLinear) {
   EXPECT_EQ(wrong.nis.verdict, Verdict::optimistic);
 }
 
+/// The answer and its p-value where the rule stops so and the word over all tests is this.
+std::pair<Verdict, double> answer_of(std::string_view reason, Verdict stop, Verdict word, double p_of_word) {
+  StudyAnalysis a;
+  a.stop = StopDecision{.stop = true, .reason = reason, .verdict = stop};
+  a.stop->p_value = 0.5;
+  a.word.verdict = word;
+  a.word.p_value = p_of_word;
+  return {overall_verdict(a), overall_p_value(a)};
+}
+
+TEST(StudyAnalysis, AStopRuleProvesNoMoreThanTheMeanOfNees) {
+  using enum Verdict;
+  const auto answer = [](std::string_view reason, Verdict stop, Verdict word, double p = 1e-9) {
+    return answer_of(reason, stop, word, p).first;
+  };
+  EXPECT_EQ(answer("verdict", consistent, consistent, 0.3), consistent);
+  EXPECT_EQ(answer("verdict", consistent, mixed), undecided) << "no test of runs that chose their number";
+  EXPECT_EQ(answer("verdict", consistent, not_gaussian), not_gaussian);
+  EXPECT_EQ(answer("verdict", optimistic, mixed), optimistic);
+  EXPECT_EQ(answer("verdict", pessimistic, not_gaussian), not_gaussian);
+  EXPECT_EQ(answer("precision", undecided, optimistic), undecided);
+  EXPECT_EQ(answer("precision", undecided, not_gaussian), undecided);
+  EXPECT_EQ(answer("", undecided, optimistic), undecided) << "interrupted";
+}
+
+TEST(StudyAnalysis, AtTheLastLookTheWordHasHalfOfTheLevel) {
+  using enum Verdict;
+  EXPECT_EQ(answer_of("max_runs", consistent, mixed, 0.02), std::pair(mixed, 0.04));
+  EXPECT_EQ(answer_of("max_runs", undecided, mixed, 0.02), std::pair(mixed, 0.04));
+  EXPECT_EQ(answer_of("max_runs", consistent, mixed, 0.03), std::pair(undecided, 0.5));
+  EXPECT_EQ(answer_of("verdict", consistent, mixed, 0.02), std::pair(undecided, 0.5));
+}
+
 TEST(StudyAnalysis, AllRunsFailedIsUndecidedWithAReason) {
   Scenario s = monobot(1, 0, FilterInflation::none, 10);
   s.noise = {.process_variance = 0.0, .measurement_variance = 0.0, .initial_variance = 0.0};

@@ -195,6 +195,17 @@ TEST(StabilityAnalysis, TheLimitIsTheOneThatTheFilterGoesTo) {
   EXPECT_NEAR(a.riccati.P.trace(), a.long_horizon.trace_prior.back(), 1e-9);
 }
 
+// P = 0 stays where nothing adds to it; any other prior of x⁺ = 1.5 x tends to that of P = 2.25 P/(1 + P).
+TEST(StabilityAnalysis, FromNoUncertaintyTheLimitIsThatOfNoOtherStart) {
+  LinearModel growing = monobot_model(0, 1, 0.0, 1.0, 0.0);
+  growing.F = Matrix::Constant(1, 1, 1.5);
+  const StabilityAnalysis a = analyse_stability(growing, {}, 50, 200, {"x"});
+  EXPECT_EQ(a.riccati.P(0, 0), 0.0);
+  EXPECT_NEAR(a.riccati_other.P(0, 0), 1.25, 1e-9);
+  EXPECT_NEAR(a.initial_covariance_effect, 1.0, 1e-12);
+  EXPECT_TRUE(a.depends_on_initial);
+}
+
 TEST(StabilityAnalysis, RefusesWhatItCannotAnalyse) {
   const LinearModel model = monobot_model(1, 0, kQ, kR, 1.0);
   EXPECT_THROW(analyse_stability(model, {}, 0, 100), std::invalid_argument);

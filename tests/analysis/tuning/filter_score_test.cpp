@@ -101,7 +101,9 @@ TEST(FilterScore, CorrelatesSuccessiveInnovationsOfOneSensor) {
       {{"factor", 1.0}}, [](const auto&) { return std::make_unique<TwoSensors>(); }, 1);
   const UnitScores scores = score.scores(Vector::Zero(1), false);
   ASSERT_TRUE(scores.ok);
-  EXPECT_EQ(scores.steps, 7.0);
+  EXPECT_EQ(scores.steps, 4.0) << "a step counts once";
+  EXPECT_EQ(scores.dof, 7.0);
+  EXPECT_TRUE(scores.composite);
   EXPECT_EQ(scores.lag_one[0], 2.0 * 4.0 + 4.0 * 6.0 + 3.0 * 5.0 + 5.0 * 7.0 + 7.0 * 8.0);
 }
 

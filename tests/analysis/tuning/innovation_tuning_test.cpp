@@ -110,6 +110,70 @@ TEST(InnovationTuning, AnotherScaleInOneRunIsRejected) {
 }
 
 // A sensor that is off and logged as zero; or speaks in one of its runs alone.
+/// Student's t with four degrees of freedom, of variance one.
+SensorRecord heavy_tailed(Index runs, Index steps, std::uint64_t seed) {
+  SensorRecord all = record(runs, steps, 1.0, 0.0, seed);
+  std::mt19937_64 random(seed + 1);
+  std::student_t_distribution<double> student(4.0);
+  for (RecordedInnovations& run : all.runs) {
+    for (std::size_t k = 0; k < run.nis.size(); ++k) {
+      const double nu = student(random) / std::sqrt(2.0);
+      run.nis[k] = nu * nu;
+      run.whitened[k] = Vector::Constant(1, nu);
+    }
+  }
+  return all;
+}
+
+// By the χ² law 335 of 424 such records were rejected.
+TEST(InnovationTuning, HeavyTailsAreNoOtherScale) {
+  constexpr int kRecords = 200;
+  int rejected = 0;
+  for (std::uint64_t seed = 0; seed < kRecords; ++seed) {
+    const InnovationTuning t = tune_innovations(heavy_tailed(20, 50, 100 + 2 * seed), 0.95);
+    rejected += t.left_out_parts.tested && t.left_out_parts.verdict != Verdict::consistent;
+  }
+  EXPECT_LE(rejected, kRecords * 0.25) << "of 0.79";
+}
+
+TEST(InnovationTuning, ASensorOfManyIsTestedAtItsShareOfTheLevel) {
+  int alone = 0, of_eight = 0;
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    const SensorRecord one = record(10, 60, 1.0, 0.0, 1000 + seed);
+    alone += tune_innovations(one, 0.95).gain != GainError::none_seen;
+    of_eight += tune_innovations(one, 0.95, 8).gain != GainError::none_seen;
+  }
+  const double share = 0.05 / 8.0;
+  EXPECT_LE(of_eight, 400 * (share + 5.0 * std::sqrt(share / 400.0)));
+  EXPECT_GT(alone, of_eight);
+}
+
+// Stretches of a run say that the size of what stays in it is well known: 50 % of such intervals missed.
+TEST(InnovationTuning, WhatStaysInFewRunsHasNoInterval) {
+  constexpr int kRecords = 100;
+  int missed = 0, none = 0;
+  for (int i = 0; i < kRecords; ++i) {
+    SensorRecord staying = record(3, 300, 0.7, 0.0, 3000 + static_cast<std::uint64_t>(i));
+    std::mt19937_64 random(static_cast<std::uint64_t>(i));
+    std::normal_distribution<double> normal(0.0, std::sqrt(0.3));
+    for (RecordedInnovations& run : staying.runs) {
+      const double bias = normal(random);
+      for (std::size_t k = 0; k < run.nis.size(); ++k) {
+        const double nu = run.whitened[k][0] + bias;
+        run.nis[k] = nu * nu;
+        run.whitened[k][0] = nu;
+      }
+    }
+    const InnovationTuning t = tune_innovations(staying, 0.95);
+    if (!t.comes_first.empty()) continue;
+    none += std::isnan(t.scale.lower);
+    missed += t.scale.lower > 1.0 || t.scale.upper < 1.0;
+    if (std::isnan(t.scale.lower)) EXPECT_THAT(t.scale.reason, ::testing::HasSubstr("stays in whole runs"));
+  }
+  EXPECT_GT(none, 30);
+  EXPECT_LE(missed, 15);
+}
+
 TEST(InnovationTuning, InnovationsThatAreZeroTellNothing) {
   SensorRecord off = record(3, 50, 1.0, 0.0, 7);
   for (std::size_t run = 1; run < 3; ++run) std::ranges::fill(off.runs[run].nis, 0.0);

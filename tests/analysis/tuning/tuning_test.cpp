@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "analysis/laws/chi_square/chi_square.h"
 #include "tests/analysis/tuning/local_level.h"
 #include "tests/analysis/tuning/other_methods.h"
 #include "tests/analysis/tuning/quadratic_score.h"
@@ -195,8 +197,81 @@ TEST(Tuning, TakesTheSandwichWhereTheLawIsNotGaussian) {
   const Tuning tuning = tune_linear(local_level(1e-3, 1.0), "diag(R)", runs);
   EXPECT_TRUE(tuning.misspecified);
   EXPECT_NEAR(tuning.information_ratio, 2.5, 5.0 * 2.5 * std::sqrt(2.0 / 200.0));
-  EXPECT_FALSE(tune_linear(local_level(1e-3, 1.0), "diag(R)", simulate(local_level(1e-3, 1.0), 200, 100, 9))
-                   .misspecified);
+  EXPECT_TRUE(tuning.by_sandwich);
+  // The likelihood ratio is over the same factor.
+  EXPECT_NEAR(tuning.likelihood_ratio_p_value,
+              chi_square_survival(tuning.likelihood_ratio / tuning.information_ratio, 1.0), 1e-12);
+  const Tuning right =
+      tune_linear(local_level(1e-3, 1.0), "diag(R)", simulate(local_level(1e-3, 1.0), 200, 100, 9));
+  EXPECT_FALSE(right.misspecified);
+  EXPECT_FALSE(right.by_sandwich);
+  EXPECT_NEAR(right.likelihood_ratio_p_value, chi_square_survival(right.likelihood_ratio, 1.0), 1e-12);
+}
+
+/// 200 units with information 100, and unit scores whose variance is `ratio` times that.
+class ScatteredScore final : public testing::QuadraticScore {
+ public:
+  explicit ScatteredScore(double ratio, bool composite = false)
+      : QuadraticScore(Vector::Constant(1, 0.5), Matrix::Constant(1, 1, 100.0)),
+        ratio_(ratio),
+        composite_(composite) {}
+  Index units() const override { return kUnits; }
+  UnitScores scores(const Vector& phi, bool gradient) const override {
+    UnitScores scores = QuadraticScore::scores(phi, gradient);
+    const double scatter = std::sqrt(100.0 * ratio_ / kUnits), slope = 100.0 * (0.5 - phi[0]) / kUnits;
+    scores.value = Vector::Constant(kUnits, scores.value[0] / kUnits);
+    scores.nis = scores.lag_one = Vector::Ones(kUnits);
+    if (gradient) scores.gradient.resize(1, kUnits);
+    for (Index i = 0; i < kUnits && gradient; ++i)
+      scores.gradient(0, i) = slope + (i % 2 == 0 ? scatter : -scatter);
+    scores.composite = composite_;
+    return scores;
+  }
+
+ private:
+  static constexpr Index kUnits = 200;
+  double ratio_;
+  bool composite_;
+};
+
+// The standard error of the variance is √(2/200) = 0.1.
+TEST(Tuning, IntervalsAreWiderBeforeTheFilterIsCalledWrong) {
+  const auto width = [](const Tuning& tuning) {
+    return std::log(tuning.parameters[0].upper / tuning.parameters[0].lower) / (2.0 * 1.959964);
+  };
+  for (const auto& [ratio, by_sandwich, wrong] : {std::tuple(0.5, true, true),
+                                                  {0.7, false, false},
+                                                  {1.1, false, false},
+                                                  {1.3, true, false},
+                                                  {1.5, true, true}}) {
+    const Tuning tuning = tune(ScatteredScore(ratio), Vector::Zero(1));
+    EXPECT_NEAR(tuning.information_ratio, ratio, 1e-6);
+    EXPECT_EQ(tuning.by_sandwich, by_sandwich) << ratio;
+    EXPECT_EQ(tuning.misspecified, wrong) << ratio;
+    EXPECT_NEAR(width(tuning), std::sqrt(by_sandwich ? 0.01 * ratio : 0.01), 1e-5) << ratio;
+    const double over = by_sandwich ? std::max(1.0, ratio) : 1.0;
+    EXPECT_NEAR(tuning.likelihood_ratio_p_value, chi_square_survival(25.0 / over, 1.0), 1e-9) << ratio;
+  }
+}
+
+TEST(Tuning, SensorsThatAreScoredApartHaveTheSandwichAndNoVerdictOnTheFilter) {
+  for (const double ratio : {1.0, 3.0}) {
+    const Tuning tuning = tune(ScatteredScore(ratio, true), Vector::Zero(1));
+    EXPECT_TRUE(tuning.by_sandwich);
+    EXPECT_FALSE(tuning.misspecified);
+    EXPECT_THAT(tuning.notes, ::testing::ElementsAre(::testing::HasSubstr("scored apart")));
+  }
+}
+
+TEST(Tuning, WhatIsHeldAtItsLimitCountsAsMoved) {
+  // No process noise where the filter has much: R alone is known, and Q is at most its limit.
+  const Tuning tuning =
+      tune_linear(local_level(1.0, 1.0), "diag(Q),diag(R)", simulate(local_level(0.0, 1.0), 5, 50, 4));
+  const TunedParameter& q = tuning.parameters.front();
+  ASSERT_FALSE(q.identifiable);
+  EXPECT_LT(q.upper, 1.0);
+  EXPECT_TRUE(q.contradicts_present());
+  EXPECT_EQ(tuning.likelihood_ratio_dof, 2);
 }
 
 /// Chen's robot [Chen 2018]: a mass on a line driven by a known force, whose position is measured every 0.1 s

@@ -252,6 +252,53 @@ TEST(ResultStore, IsNotDiscardedWhileAProcessWritesToIt) {
   ResultStore::discard(scratch / "nowhere");
 }
 
+TEST(ResultStore, DiscardsNothingThatIsNoStore) {
+  const ScratchDirectory scratch;
+  const auto refused = [&](const char* folder) {
+    EXPECT_THAT(said_by([&] { ResultStore::discard(scratch / folder); }),
+                HasSubstr("is no store of results"));
+    EXPECT_TRUE(std::filesystem::exists(scratch.database(folder)));
+  };
+  for (const char* folder : {"other", "text", "folder", "empty", "begun"})
+    std::filesystem::create_directories(scratch / folder);
+  {
+    SqliteDatabase other(scratch.database("other"), SqliteDatabase::Mode::create);
+    other.execute("CREATE TABLE precious(x)");
+  }
+  refused("other");
+  std::ofstream(scratch.database("text"))
+      << "a letter, and no database at all, of more than seventy-two characters";
+  refused("text");
+  std::filesystem::create_directory(scratch.database("folder"));
+  refused("folder");
+  // Of a process that was killed before it had made a table.
+  std::ofstream(scratch.database("empty")) << "";
+  ResultStore::discard(scratch / "empty");
+  EXPECT_FALSE(std::filesystem::exists(scratch.database("empty")));
+  {
+    SqliteDatabase begun(scratch.database("begun"), SqliteDatabase::Mode::create);
+    begun.execute("PRAGMA user_version=1");
+  }
+  ResultStore::discard(scratch / "begun");
+  EXPECT_FALSE(std::filesystem::exists(scratch.database("begun")));
+}
+
+TEST(ResultStore, KnowsAllVersionsThatHaveAdded) {
+  const ScratchDirectory scratch;
+  filled(scratch / "a", 0, 2);
+  {
+    ResultStore other = ResultStore::open_to_write(scratch / "a", "9.9");
+    EXPECT_EQ(other.tool_version(), kVersion) << "nothing is added yet";
+    other.put_chunk(chunk(2), payload(2));
+    EXPECT_EQ(other.tool_version(), std::string(kVersion) + ", 9.9");
+    other.put_chunk(chunk(3), payload(3));
+    EXPECT_EQ(other.tool_version(), std::string(kVersion) + ", 9.9");
+  }
+  ResultStore joined = filled(scratch / "b", 4, 5);
+  joined.merge_from(ResultStore::open_to_read(scratch / "a"));
+  EXPECT_EQ(joined.tool_version(), std::string(kVersion) + ", 9.9");
+}
+
 TEST(ResultStore, IsTakenBackOnlyWhereItIsNew) {
   const ScratchDirectory scratch;
   {

@@ -248,7 +248,10 @@ TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
   EXPECT_LT(far.y_range->low, 1.0);
   EXPECT_GT(far.y_range->high, 1e9);
   // Of a sensor that is slower than the steps, values with gaps between would be no line.
-  verdict.steps.insert(verdict.steps.begin() + 1, 2, StepTest{});
+  verdict.steps.insert(verdict.steps.begin() + 1, 1, StepTest{});
+  EXPECT_EQ(find_series(verdict_panel("", "", verdict, {}), "measured mean")->x.size(), 2U)
+      << "of every second";
+  verdict.steps.insert(verdict.steps.begin() + 1, 1, StepTest{});
   const Panel sparse = verdict_panel("NIS of gps", "mean NIS", verdict, {});
   EXPECT_NO_THROW(validate({.name = "v", .panels = {sparse}}));
   EXPECT_THAT(find_series(sparse, "measured mean")->x, ElementsAre(1.0, 21.0));

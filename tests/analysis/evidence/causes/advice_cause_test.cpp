@@ -319,11 +319,15 @@ TEST(CauseRules, ComponentsOnBothSidesOfOneAreOfTheirR) {
 
 // A component of its own: R of it, but for lags that tell Q, and the unit that makes such a factor.
 TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
-  const auto with = [](double factor, double lag_1, double share, double nis_beside = kNaN) {
+  const auto with = [](double factor, double lag_1, double share, double nis_beside = kNaN,
+                       const char* wrong_sensor = nullptr) {
     const double nis = std::isnan(nis_beside) ? 0.5 * (1.0 + factor) : nis_beside;
     Findings findings = findings_of(1.0, factor > 1.0 ? 2.0 : 0.5);
+    if (wrong_sensor != nullptr)
+      findings.wrong_sensors.push_back({.name = wrong_sensor, .nis = 1.5, .whiteness = correlated_by(0.0)});
     findings.wrong_component = Findings::WrongComponent{
         .name = "component 2 of radar",
+        .sensor = "radar",
         .factor = {.mean = factor, .lower = 0.9 * factor, .upper = 1.1 * factor, .count = 4000},
         .others = 1.0,
         .noise_share = share,
@@ -348,6 +352,8 @@ TEST(CauseRules, AComponentThatIsWrongAloneIsNamed) {
   EXPECT_EQ(first(1e6, 0.0, kNaN), innovation_unit);
   EXPECT_EQ(first(600.0, 0.0, 0.3), process_or_measurement_noise);
   EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("only component 2 of radar"), std::string::npos);
+  EXPECT_EQ(with(3.0, 0.0, 0.8, kNaN, "radar")[0].why.find("only component 2 of radar"), 0u);
+  EXPECT_EQ(with(3.0, 0.0, 0.8, kNaN, "gps")[0].why.find("above all component 2 of radar"), 0u);
   EXPECT_NE(with(3200.0, 0.0, 0.3)[0].why.find("an innovation in degrees for radians"), std::string::npos);
   EXPECT_NE(with(1.0 / 3300.0, 0.0, 0.3)[0].why.find("a variance in degrees for radians"), std::string::npos);
   // The lags tell a gain that is too small.

@@ -48,6 +48,36 @@ TEST(CauseFindings, WhatASensorTellsIsNotTakenBackByOneThatComesLater) {
   EXPECT_EQ(first.rejection.has_value(), last.rejection.has_value());
 }
 
+/// 25 runs of 40 rows of a sensor of two components, the second of this variance where 1 is claimed, and one
+/// of one component.
+Findings findings_of_beacon(double second, double wheel) {
+  RunLayout layout{
+      .sensors = {{.name = "beacon", .dim = 2, .piece = 2}, {.name = "wheel", .dim = 1, .piece = 1}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(14);
+  std::normal_distribution<double> normal;
+  for (std::int64_t k = 1; k <= 1000; ++k) {
+    if (k % 40 == 1) recorder.begin_run();
+    Step step{.step = 1 + (k - 1) % 40};
+    step.innovations = {Innovation{.nu = Eigen::Vector2d(normal(random), std::sqrt(second) * normal(random)),
+                                   .S = Matrix::Identity(2, 2)},
+                        Innovation{.nu = Vector::Constant(1, std::sqrt(wheel) * normal(random)),
+                                   .S = Matrix::Identity(1, 1)}};
+    recorder.add(step);
+  }
+  const Evidence evidence = recorder.take();
+  return findings_of(evidence, judge(evidence));
+}
+
+TEST(CauseFindings, AComponentIsTheMostWrongPartWhereNoOtherSensorIsMoreWrong) {
+  ASSERT_TRUE(findings_of_beacon(1.8, 1.0).wrong_component);
+  EXPECT_EQ(findings_of_beacon(1.8, 1.0).wrong_component->sensor, "beacon");
+  EXPECT_TRUE(findings_of_beacon(3.0, 1.8).wrong_component);
+  EXPECT_FALSE(findings_of_beacon(1.8, 3.0).wrong_component);
+  EXPECT_FALSE(findings_of_beacon(1.8, 0.3).wrong_component) << "in either direction";
+}
+
 /// One state and a sensor of one component.
 RunLayout layout_of_one() {
   RunLayout layout{.states = {"x"}, .angles = {false}, .units = {""}};

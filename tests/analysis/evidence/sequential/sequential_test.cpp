@@ -211,7 +211,7 @@ TEST(Sequential, PrecisionStopKeepsItsCoverage) {
   std::mt19937_64 generator(5);
   std::chi_squared_distribution<double> chi(2.0);
   const StopRule rule{.on_verdict = false, .precision = 0.2};
-  int covered = 0;
+  int covered = 0, proved = 0;
   for (int study = 0; study < kStudies; ++study) {
     StopDecision decision;
     std::vector<Moments> nees(1);
@@ -226,9 +226,12 @@ TEST(Sequential, PrecisionStopKeepsItsCoverage) {
       decision = look(rule, {.nees = nees, .nees_dof = dofs, .nis = {}, .nis_dof = {}, .runs = &runs});
     }
     EXPECT_EQ(decision.reason, "precision");
+    EXPECT_EQ(decision.verdict, decision.p_value <= 0.05 ? Verdict::optimistic : Verdict::undecided);
+    proved += decision.p_value <= 0.05;
     covered += decision.mean_nees.lower <= 3.4 && 3.4 <= decision.mean_nees.upper;
   }
   EXPECT_NEAR(covered / 2000.0, 0.95, 5.0 * test::binomial_standard_error(0.05, kStudies));
+  EXPECT_GT(proved, kStudies / 2) << "what is proved by then is told";
 }
 
 TEST(Sequential, TheSamePrefixGivesTheSameDecision) {

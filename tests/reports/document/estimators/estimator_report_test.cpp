@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 EstimatorStudy study_of(const char* name) {
-  const std::vector<std::string> small = {"study.runs=6", "study.steps=20"};
+  const std::vector<std::string> small = {"study.runs=40", "study.steps=20"};
   return study_estimators(load_scenario(source_folder() / "scenarios" / (std::string(name) + ".toml"), small),
                           {});
 }
@@ -58,9 +58,20 @@ TEST(EstimatorDocument, WhereNoRunEndsWellNothingIsGood) {
 
 TEST(EstimatorDocument, OfAVehicleSpeaksOfHeadingAndMetres) {
   const EstimatorStudy study = study_of("huang_ring");
-  const std::string text = text_page(estimator_document(study));
-  for (const char* word : {"NEES of heading", "RMSE heading °", "position m", "the pose of any"}) {
+  const Document document = estimator_document(study);
+  const std::string text = text_page(document);
+  for (const char* word : {"NEES of heading", "RMSE heading °", "position m"}) {
     EXPECT_THAT(text, HasSubstr(word));
+  }
+  // Colours are of what is judged.
+  for (const auto& part : document.brief) {
+    const auto* table = std::get_if<ReportTable>(&part);
+    if (table == nullptr) continue;
+    for (std::size_t c = 0; c < table->columns.size(); ++c) {
+      const std::string& title = table->columns[c].title;
+      if (title != "NEES of heading" && title != "of position") continue;
+      for (const auto& row : table->rows) EXPECT_EQ(row[c].tone, CellTone::plain) << title;
+    }
   }
   const auto j = nlohmann::json::parse(estimator_json(study));
   EXPECT_GT(j["rows"][0]["rmse"]["position_m"], 0.0);
@@ -128,6 +139,20 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
   EXPECT_EQ(answer_of({of_map}).tone, CellTone::caution);
   p = {1.0, 0.01};
   EXPECT_THAT(answer_of({of_map}).text, HasSubstr("the map is pessimistic all the same: fej"));
+  EstimatorRow wide = good;
+  wide.name = "ukf";
+  wide.nees[static_cast<std::size_t>(EstimatorBlock::pose)].upper = 2.01;
+  EXPECT_EQ(answer_of({wide}).text,
+            "Undecided after 20 runs, as its squared error may be twice what P claims, or half: ukf");
+  EXPECT_EQ(answer_of({wide}).tone, CellTone::caution);
+  EXPECT_EQ(
+      answer_of({good, wide}).text,
+      "No evidence against fej. Undecided after 20 runs, as its squared error may be twice what P claims, "
+      "or half: ukf");
+  EstimatorRow deep = wide;
+  deep.nees[static_cast<std::size_t>(EstimatorBlock::pose)] = {
+      .mean = 0.9, .lower = 0.49, .upper = 1.5, .count = 20};
+  EXPECT_THAT(answer_of({deep, wide}).text, HasSubstr("as their squared error may be"));
   EXPECT_EQ(answer_of({none}).text, "No run of any estimator finished");
   EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
 }

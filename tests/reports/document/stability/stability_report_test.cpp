@@ -130,7 +130,8 @@ TEST(StabilityReport, WhatGrowsIsNamedWithItsRate) {
   EXPECT_EQ(document.answer.text,
             "P grows without bound, measured over 256 steps and as the exact condition says");
   EXPECT_EQ(document.answer.tone, CellTone::alarm);
-  EXPECT_EQ(stability_row(document, "exact condition"), "unbounded: noise drives an unobservable direction");
+  EXPECT_EQ(stability_row(document, "exact condition"),
+            "unbounded: noise, or a direction that stays, drives an unobservable one");
   EXPECT_THAT(stability_row(document, "bound or growth"),
               HasSubstr("grows by at least 0.2500 per step; tr P by 0.2500 per step in the limit"));
   EXPECT_THAT(stability_row(document, "depend on P0"), testing::StartsWith("no limit"));

@@ -205,6 +205,9 @@ TEST(Comparison, NearestIsWhoseFactorNoOtherMayCome) {
   std::vector<ComparedStudy> studies = two_studies();
   studies[0].factor = {.mean = 1.1, .lower = 1.04, .upper = 1.2};
   EXPECT_EQ(comparison_document(studies, 0.95).answer.text, "1 of 2 cannot be trusted: plain");
+  studies[0].factor = {.mean = 1.1, .lower = 1.06, .upper = 1.15};
+  EXPECT_EQ(comparison_document(studies, 0.95).answer.text, "1 of 2 cannot be trusted: plain")
+      << "that of the nearest is not known either";
 }
 
 TEST(Comparison, NearestIsOneOfSeveralAndNotOneThatCannotBeTrustedBesideOthers) {

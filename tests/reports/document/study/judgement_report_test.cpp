@@ -102,6 +102,26 @@ TEST(StopSentence, SaysThatNoFactorFitsAllStepsInWords) {
             "Out of time after 64 of at most 640 runs: optimistic so far, at any look p = 0.00100.");
 }
 
+TEST(StopSentence, SaysWhyTheAnswerIsAnotherOne) {
+  StudyAnalysis a;
+  a.stop = StopDecision{.stop = true, .reason = "verdict", .verdict = Verdict::consistent};
+  a.word.verdict = Verdict::consistent;
+  EXPECT_EQ(contradiction_of_stop(a), "");
+  EXPECT_THAT(stop_sentence(a), Not(HasSubstr("All the same")));
+  a.word.verdict = Verdict::mixed;
+  a.word.says = "mixed";
+  EXPECT_THAT(stop_sentence(a),
+              HasSubstr("All the same: the rule proves the mean of NEES alone, and the filter is mixed"));
+  a.word.p_value = 1e-6;
+  a.stop->reason = "max_runs";
+  EXPECT_THAT(contradiction_of_stop(a), HasSubstr("the filter is mixed"));
+  EXPECT_THAT(contradiction_of_stop(a), HasSubstr("by all tests together"));
+  a.word = {};
+  a.word.verdict = Verdict::not_gaussian;
+  a.word.says = "the errors have heavy tails";
+  EXPECT_THAT(contradiction_of_stop(a), HasSubstr("the errors have heavy tails, for which"));
+}
+
 TEST(AdviceSentences, TheBlockResponsibleIsNamedWithItsNumbers) {
   Judgement judgement;
   judgement.word.verdict = Verdict::optimistic;

@@ -67,8 +67,8 @@ std::vector<std::string> cells_of(const ReportTable& table, std::size_t row) {
 TEST(LogTuneReport, TheAnswerIsOfEverySensor) {
   EXPECT_EQ(
       log_tune_document("log", {lidar(), gps()}).answer.text,
-      "lidar: S should be 3.00 times what it is (2.50 … 3.60), and the gain is too small; gps: S should "
-      "be 1.01 times what it is (0.900 … 1.10)");
+      "lidar: S should be 3.00 (2.50 … 3.60) times what it is, and the gain is too small; gps: S agrees with "
+      "its innovations; most likely is 1.01 (0.900 … 1.10) times what it is");
   EXPECT_EQ(log_tune_document("log", {lidar(), gps()}).answer.tone, CellTone::caution);
   EXPECT_EQ(log_tune_document("log", {gps()}).answer.tone, CellTone::good) << "the interval holds 1";
   EXPECT_EQ(log_tune_document("log", {too_short()}).answer.text, "no factor on S can be told");

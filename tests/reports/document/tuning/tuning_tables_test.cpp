@@ -42,6 +42,7 @@ Tuning one_of_three() {
   tuning.coordinates = {"filter.Q[1,1]"};
   tuning.correlation = Matrix::Identity(1, 1);
   tuning.likelihood_ratio = 31.25;
+  tuning.likelihood_ratio_dof = 2;
   tuning.likelihood_ratio_p_value = 2.3e-8;
   tuning.nis_before = 1.5;
   tuning.nis_after = 1.0;
@@ -78,9 +79,25 @@ TEST(TuningTables, TheDocumentSaysNullWithItsReasonAndNeverInfinity) {
   EXPECT_EQ(j["innovations"]["nis"]["after"], 1.0);
   EXPECT_TRUE(j["log_score"]["before"].is_null());
   EXPECT_EQ(j["intervals"], "observed information");
-  tuning.misspecified = true;
+  tuning.by_sandwich = true;
   EXPECT_EQ(tuning_json(tuning)["intervals"], "sandwich");
   EXPECT_THAT(tuned_noise_table("", "", tuning).notes.front(), HasSubstr("sandwich"));
+}
+
+TEST(TuningTables, ALimitThatExcludesThePresentValueIsAskedFor) {
+  Tuning bounded = one_of_three();
+  bounded.parameters[1].upper = 0.0479;
+  EXPECT_EQ(asked_noise_text("They", bounded),
+            "They ask for filter.Q[1,1] = 0.1000 (0.08000 … 0.1250), filter.Q[2,2] of at most 0.0479");
+  bounded.parameters[0].before = 0.1;
+  EXPECT_EQ(
+      asked_noise_text("They", bounded),
+      "They ask for filter.Q[2,2] of at most 0.0479 and agree with the present value in filter.Q[1,1] = "
+      "0.1000 (0.08000 … 0.1250)");
+  bounded.parameters[1].lower = 3.5;
+  bounded.parameters[1].upper = kNoLimit;
+  EXPECT_THAT(asked_noise_text("They", bounded), HasSubstr("filter.Q[2,2] of at least 3.50 and"));
+  EXPECT_THAT(likelihood_ratio_text(bounded), HasSubstr("31.25 with 2 dof"));
 }
 
 TEST(TuningTables, TheDataAskForWhatTheirIntervalExcludes) {
@@ -122,7 +139,7 @@ TEST(TuningTables, WhereNothingIsFoundTheLastSentenceSaysWhy) {
 
 TEST(TuningTables, ALikelihoodRatioIsAStatementOfItsPValue) {
   Tuning tuning = one_of_three();
-  EXPECT_EQ(likelihood_ratio_text(tuning), "Likelihood ratio 31.25 with 1 dof, p = 2.30e−8.");
+  EXPECT_EQ(likelihood_ratio_text(tuning), "Likelihood ratio 31.25 with 2 dof, p = 2.30e−8.");
   tuning.likelihood_ratio_p_value = 1e-40;
   EXPECT_THAT(likelihood_ratio_text(tuning), HasSubstr("dof, p < 1e"));
 }
