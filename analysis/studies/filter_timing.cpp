@@ -170,7 +170,7 @@ void require_valid(const FilterTimingPlan& plan) {
     }
   }
   if (*std::ranges::max_element(plan.landmarks) < *std::ranges::min_element(plan.observed)) {
-    throw std::invalid_argument("no map is as large as what is to be observed of it");
+    throw std::invalid_argument("no map (landmarks) is as large as what is to be observed of it (observed)");
   }
 }
 

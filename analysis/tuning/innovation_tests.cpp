@@ -104,7 +104,7 @@ InnovationTests test_recorded_innovations(std::span<const RecordedInnovations> r
       throw std::invalid_argument(
           fmt::format("runs tested together must have one dof, not {} and {}", runs.front().dof, run.dof));
   InnovationTests tests;
-  const double of_tests = 1.0 - (1.0 - confidence) / static_cast<double>(std::max<std::int64_t>(1, sensors));
+  const double of_tests = confidence_of_each(confidence, sensors);
   tests.nis = judge_sum(runs, of_tests);
   tests.fit = test_law(runs);
   tests.whiteness = test_white(runs, of_tests);

@@ -173,7 +173,7 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence,
   }
   if (t.values == 0) throw std::invalid_argument("there are no innovations with a covariance");
   const InnovationTests tests = test_recorded_innovations(record.runs, confidence, sensors);
-  const double of_tests = 1.0 - (1.0 - confidence) / static_cast<double>(std::max<std::int64_t>(1, sensors));
+  const double of_tests = confidence_of_each(confidence, sensors);
   t.scale = tests.noise_scale;
   if (t.scale.lower > 0.0) {
     const double z = normal_quantile_two_sided(confidence);

@@ -125,8 +125,10 @@ std::vector<ScalarValue> expand_range(std::string_view item) {
   const std::int64_t span = last.mantissa - first.mantissa;
   if (step.mantissa == 0) refuse(item, "the step of a range must not be 0");
   if (span != 0 && (span < 0) != (step.mantissa < 0))
-    refuse(item, "the range is empty: its step leads away from its end");
+    refuse(item, "the range, first:step:last, is empty: its step leads away from its end");
   const std::int64_t steps = span / step.mantissa;
+  if (steps == 0 && parts.size() == 3)
+    refuse(item, "the range, first:step:last, holds its first value alone, which needs no range");
   if (steps >= static_cast<std::int64_t>(kLargestSweep)) {
     refuse(item, fmt::format("has more than {} values", kLargestSweep));
   }

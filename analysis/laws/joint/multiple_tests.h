@@ -11,6 +11,12 @@
 
 namespace credence::internal {
 
+/// The confidence of each of so many intervals or tests (≥ 1) that all together have this one (Bonferroni).
+template <class Count>
+double confidence_of_each(double confidence, Count of) {
+  return 1.0 - (1.0 - confidence) / static_cast<double>(of);
+}
+
 /// [Holm 1979]: P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
 std::vector<double> holm(std::span<const double> p_values);
 

@@ -135,7 +135,7 @@ SecondMomentTest test_second_moments(const SecondMoments& moments, double confid
     double& least = i % 2 == 0 ? test.p_value.optimistic : test.p_value.pessimistic;
     least = std::min(least, adjusted[i]);
   }
-  const double each = 1.0 - (1.0 - confidence) / static_cast<double>(moments.along().size());
+  const double each = confidence_of_each(confidence, moments.along().size());
   const auto worst = static_cast<std::size_t>(std::ranges::min_element(p_values) - p_values.begin()) / 2;
   test.mean = mean_of(moments);
   const std::vector<SecondMomentDirection> directions = second_moment_directions(moments.dim());

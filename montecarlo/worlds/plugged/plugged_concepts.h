@@ -238,8 +238,17 @@ inline constexpr bool kShowsInnovations = requires(const Filter& filter) {
 template <class Filter>
 std::vector<Innovation> innovations_of(const Filter& filter) {
   if constexpr (requires { filter.innovations(); }) {
-    const auto& shown = filter.innovations();
-    return {shown.begin(), shown.end()};
+    constexpr bool kGivesThem = requires {
+      { *filter.innovations().begin() } -> std::convertible_to<const Innovation&>;
+    };
+    static_assert(kGivesThem,
+                  "innovations() of a filter gives a std::vector<Innovation>, one for each sensor");
+    if constexpr (kGivesThem) {
+      const auto& shown = filter.innovations();
+      return {shown.begin(), shown.end()};
+    } else {
+      return {};
+    }
   } else if constexpr (requires { filter.innovation(); }) {
     return {{filter.innovation(), filter.innovation_covariance()}};
   } else {

@@ -149,6 +149,22 @@ const char* ideal_words(const EstimatorMap& map) {
   return has_ideal ? "" : " The world has no ideal filter.";
 }
 
+/// How far from 1 the means may be that are called consistent, by their intervals: as far as runs are few.
+std::string reach_of_cheapest(const EstimatorMap& map) {
+  double lower = HUGE_VAL, upper = 0.0;
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    const auto best = map.cheapest(p);
+    if (!best || std::isnan(map_nees(map, p, *best).lower)) continue;
+    lower = std::min(lower, map_nees(map, p, *best).lower);
+    upper = std::max(upper, map_nees(map, p, *best).upper);
+  }
+  return upper == 0.0 ? ""
+                      : fmt::format(
+                            "Of those that are named it may be anywhere from {} to {}, by their intervals: "
+                            "more runs narrow that.",
+                            number_text(lower, 3), number_text(upper, 3));
+}
+
 /// One row for each point, titled by the answer: the cheapest, and the pose NEES of all.
 ReportTable estimator_map_table(const EstimatorMap& map) {
   ReportTable table{.title = estimator_map_answer(map).text};
@@ -178,6 +194,7 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
       "above {:g} (optimistic) nor below 1/{:g} (pessimistic), by a test of its own at {:g} %.{}",
       map_nees_words(map), map.studies.front().runs, kToleratedFactor, kToleratedFactor,
       100.0 * (1.0 - map.studies.front().scenario.study.confidence), ideal_words(map))};
+  if (std::string reach = reach_of_cheapest(map); !reach.empty()) table.notes.push_back(std::move(reach));
   for (const auto& [verdict, word] : {std::pair(Verdict::optimistic, "Optimistic, without a failed run"),
                                       {Verdict::pessimistic, "Pessimistic"}}) {
     if (std::string text = counted_text(map, verdict, word); !text.empty())

@@ -234,8 +234,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   }
   table.notes = {fmt::format("{} NEES over dof, averaged over all steps of a run; mean over the runs with "
                              "its {:g} % interval, each by itself; the answer, and the colours, take all "
-                             "estimators together (Holm). 1 is consistent, above is optimistic; of states "
-                             "and steps apart `credence run` tells.",
+                             "estimators together (Holm). 1 is consistent, above is optimistic. That is "
+                             "the mean alone: of single states and steps run tells.",
                              runs_text(study), 100.0 * confidence),
                  "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open "
                  "in run 0. time a step: predict and update, without statistics.",

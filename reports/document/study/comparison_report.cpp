@@ -268,7 +268,7 @@ const ComparedStudy* nearest_of(std::span<const ComparedStudy> studies, double c
     if (nearest == nullptr || factor_distance(study) < factor_distance(*nearest)) nearest = &study;
   }
   if (known < 2) return nullptr;
-  const double of_each = 1.0 - (1.0 - confidence) / static_cast<double>(known - 1);
+  const double of_each = confidence_of_each(confidence, known - 1);
   const double widths = normal_quantile_two_sided(of_each) / normal_quantile_two_sided(confidence);
   const bool clearly = std::ranges::all_of(studies, [&](const ComparedStudy& study) {
     return &study == nearest || !std::isfinite(factor_distance(study)) || is_farther(study, *nearest, widths);

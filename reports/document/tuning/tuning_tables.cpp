@@ -149,9 +149,10 @@ ReportTable score_gain_table(const Tuning& g) {
 }
 
 std::string likelihood_ratio_text(const Tuning& g) {
-  return fmt::format("Likelihood ratio {} with {} dof, p {}{}.", number_text(g.likelihood_ratio, 4),
-                     g.likelihood_ratio_dof, g.likelihood_ratio_p_value < 1e-12 ? "" : "= ",
-                     p_value_text(g.likelihood_ratio_p_value));
+  return fmt::format(
+      "Likelihood ratio {} with {} dof{}, p {}{}.", number_text(g.likelihood_ratio, 4),
+      g.likelihood_ratio_dof, g.by_sandwich ? ", divided by how much more the scores vary" : "",
+      g.likelihood_ratio_p_value < 1e-12 ? "" : "= ", p_value_text(g.likelihood_ratio_p_value));
 }
 
 std::string asked_noise_text(const std::string& of_what, const Tuning& tuning) {

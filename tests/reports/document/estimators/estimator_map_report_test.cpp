@@ -74,6 +74,16 @@ TEST(EstimatorMapReport, TheAnswerCountsEveryPointOnce) {
   EXPECT_EQ(estimator_map_document(map_of(kTwoAxes)).answer.tone, CellTone::good);
 }
 
+TEST(EstimatorMapReport, HowFarTheMeansMayBeIsSaid) {
+  EstimatorMap map = map_of(kTwoAxes);
+  nees_of(map, 2, 0) = {.mean = 1.05, .lower = 0.625, .upper = 1.5};
+  EXPECT_THAT(shown_table(estimator_map_document(map)).notes,
+              Contains(HasSubstr("it may be anywhere from 0.625 to 1.50, by their intervals")));
+  nees_of(map, 2, 1) = {.mean = 1.0, .lower = 0.1, .upper = 9.0};
+  EXPECT_THAT(shown_table(estimator_map_document(map)).notes, Contains(HasSubstr("0.625 to 1.50")))
+      << "not named";
+}
+
 TEST(EstimatorMapReport, WhatIsGreyIsSaidBelowAndNotAlongTheColourBar) {
   const Document document = estimator_map_document(map_of(kTwoAxes));
   EXPECT_EQ(figure_of(document, "cheapest").panels.at(0).colour_label.text, "its time per step (µs)");

@@ -140,8 +140,11 @@ TEST(TuningTables, WhereNothingIsFoundTheLastSentenceSaysWhy) {
 TEST(TuningTables, ALikelihoodRatioIsAStatementOfItsPValue) {
   Tuning tuning = one_of_three();
   EXPECT_EQ(likelihood_ratio_text(tuning), "Likelihood ratio 31.25 with 2 dof, p = 2.30e−8.");
+  tuning.by_sandwich = true;
+  EXPECT_THAT(likelihood_ratio_text(tuning),
+              HasSubstr("2 dof, divided by how much more the scores vary, p = "));
   tuning.likelihood_ratio_p_value = 1e-40;
-  EXPECT_THAT(likelihood_ratio_text(tuning), HasSubstr("dof, p < 1e"));
+  EXPECT_THAT(likelihood_ratio_text(tuning), HasSubstr("scores vary, p < 1e"));
 }
 
 TEST(TuningTables, TheForecastTellsPercentFromShare) {
