@@ -142,6 +142,13 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   return analysis;
 }
 
+void take_word_of_last_look(const Word& word, double confidence, StopDecision& stop) {
+  const double of_half = std::min(1.0, 2.0 * word.p_value);
+  stop.p_value = std::fmin(std::min(1.0, 2.0 * std::exp(-stop.log_e_value)), of_half);
+  stop.verdict =
+      is_inconsistent(word.verdict) && !(of_half <= 1.0 - confidence) ? Verdict::undecided : word.verdict;
+}
+
 std::int64_t evidence_runs(const Scenario& scenario, std::int64_t runs) {
   return evidence_runs(block_layout(scenario).state_dim(), scenario.study.steps, runs);
 }
@@ -168,6 +175,8 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
     if (pose != a.judgement->blocks.end()) a.vehicle_nees = pose->verdict;
   }
   a.word = a.judgement->word;
+  if (a.stop && a.stop->reason == "max_runs")
+    take_word_of_last_look(a.word, a.scenario.study.confidence, *a.stop);
 }
 
 void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
@@ -183,30 +192,16 @@ void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
   add_bound(*a.bound, a.statistics, a.scenario.study.confidence, a.judgement->accuracy);
 }
 
-namespace {
-
-/// Whether the word accuses at the last look, whose number of runs was set in advance, by its half of α.
-bool accuses_at_last_look(const StudyAnalysis& a) {
-  const double alpha = 1.0 - a.scenario.study.confidence;
-  return a.stop->reason == "max_runs" && is_inconsistent(a.word.verdict) && a.word.p_value <= 0.5 * alpha;
-}
-
-}  // namespace
-
 Verdict overall_verdict(const StudyAnalysis& analysis) {
   const Verdict word = analysis.word.verdict;
   if (!analysis.stop) return word;
   const Verdict stop = analysis.stop->verdict;
   if (stop != Verdict::undecided && word == Verdict::not_gaussian) return word;
-  if (is_inconsistent(stop)) return stop;
-  if (accuses_at_last_look(analysis)) return word;
-  return is_inconsistent(word) ? Verdict::undecided : stop;
+  return stop == Verdict::consistent && is_inconsistent(word) ? Verdict::undecided : stop;
 }
 
 double overall_p_value(const StudyAnalysis& analysis) {
-  if (!analysis.stop) return analysis.word.p_value;
-  const double stop = analysis.stop->p_value;
-  return accuses_at_last_look(analysis) ? std::fmin(stop, 2.0 * analysis.word.p_value) : stop;
+  return analysis.stop ? analysis.stop->p_value : analysis.word.p_value;
 }
 
 std::string overall_says(const StudyAnalysis& analysis) {

@@ -59,6 +59,10 @@ struct StudyAnalysis {
 StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
                             const std::optional<StopDecision>& stop = std::nullopt);
 
+/// At the last look, whose number of runs was set in advance, all tests together have the half of α that the
+/// e-values have left: `stop` takes their word.
+void take_word_of_last_look(const Word& word, double confidence, StopDecision& stop);
+
 /// Runs of a study of so many that its further evidence is taken of.
 std::int64_t evidence_runs(const Scenario& scenario, std::int64_t runs);
 
@@ -72,10 +76,10 @@ void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const 
 /// stopped and so not complete.
 void add_posterior_bound(StudyAnalysis& analysis, const EngineOptions& options = {});
 
-/// The one word: that over NEES, NIS and the blocks. With a stop rule that of the rule, but: at the last look
-/// whatever the word rejects by half of α; undecided where the rule proves the mean of NEES and the word
-/// rejects, which it may of runs that chose their own number; and not Gaussian as the word has it, since
-/// steps and innovations are judged by the χ² law.
+/// The one word: that over NEES, NIS and the blocks. With a stop rule that of the rule (at the last look the
+/// word by half of α), but: undecided where the rule proves the mean of NEES and the word rejects, which it
+/// may of runs that chose their own number; and not Gaussian as the word has it, since steps and innovations
+/// are judged by the χ² law.
 Verdict overall_verdict(const StudyAnalysis& analysis);
 /// The p-value of that word: of a stop rule valid at any look.
 double overall_p_value(const StudyAnalysis& analysis);

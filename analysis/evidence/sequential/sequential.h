@@ -45,7 +45,7 @@ struct StudyPrefix {
 struct StopDecision {
   bool stop = false;
   std::string_view reason = {};          ///< "verdict", "precision", "max_runs" or empty
-  Verdict verdict = Verdict::undecided;  ///< undecided: more runs may tell; after "precision" always
+  Verdict verdict = Verdict::undecided;  ///< undecided: more runs may tell
   double log_e_value = 0.0;              ///< of the whole study, ln of ½ (E_nees + E_nis)
   /// Valid at any look: twice the smaller of 1/E and, at the last look, that of the fixed-sample tests. A
   /// rule by verdict ends with optimistic or pessimistic iff it is at most 1 − confidence.

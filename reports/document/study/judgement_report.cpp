@@ -190,11 +190,9 @@ std::string contradiction_of_stop(const StudyAnalysis& a) {
   const std::span<const BlockVerdict> blocks =
       a.judgement ? a.judgement->blocks : std::span<const BlockVerdict>();
   const std::string clause = word_clause(a.word, a.nees, blocks);
-  if (is_inconsistent(verdict)) return fmt::format("the filter is {}, by all tests together", clause);
   return fmt::format(
-      "the rule proves the mean of NEES alone, and the filter is {}, by tests whose number of runs must be "
-      "set "
-      "in advance, as study.runs without a rule does",
+      "the rule proves the mean of NEES alone, and the filter is {}, by tests whose number of runs "
+      "must be set in advance, as study.runs without a rule does",
       clause);
 }
 

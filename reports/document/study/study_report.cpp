@@ -60,9 +60,14 @@ std::span<const BlockVerdict> blocks_of(const StudyAnalysis& a) {
   return a.judgement->blocks;
 }
 
+/// Whether the answer is a word alone: that of a stop rule, where the word over all tests is another one.
+bool says_no_more(const StudyAnalysis& a) {
+  return overall_verdict(a) != a.word.verdict || a.word.says.empty();
+}
+
 /// What is wrong with one study, and its pose where that is hidden in the whole.
 std::string fault_clause(const StudyAnalysis& a) {
-  if (a.stop || a.word.says.empty()) {
+  if (says_no_more(a)) {
     return fmt::format("{} is {}", a.scenario.name, to_string(overall_verdict(a)));
   }
   std::string clause = fmt::format("{} is {}", a.scenario.name, word_clause(a.word, a.nees, blocks_of(a)));
@@ -329,7 +334,7 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
 
 /// What else the heading of a study says, behind its verdict.
 std::string line_of(const StudyAnalysis& a) {
-  if (a.stop || a.word.says.empty()) return {};
+  if (says_no_more(a)) return {};
   const std::string clause = word_clause(a.word, a.nees, blocks_of(a));
   const std::string verdict(to_string(overall_verdict(a)));
   return clause.starts_with(verdict + " ") ? clause.substr(verdict.size() + 1) : clause;

@@ -112,10 +112,6 @@ TEST(StopSentence, SaysWhyTheAnswerIsAnotherOne) {
   a.word.says = "mixed";
   EXPECT_THAT(stop_sentence(a),
               HasSubstr("All the same: the rule proves the mean of NEES alone, and the filter is mixed"));
-  a.word.p_value = 1e-6;
-  a.stop->reason = "max_runs";
-  EXPECT_THAT(contradiction_of_stop(a), HasSubstr("the filter is mixed"));
-  EXPECT_THAT(contradiction_of_stop(a), HasSubstr("by all tests together"));
   a.word = {};
   a.word.verdict = Verdict::not_gaussian;
   a.word.says = "the errors have heavy tails";
