@@ -207,6 +207,10 @@ double overall_p_value(const StudyAnalysis& analysis) {
 std::string overall_says(const StudyAnalysis& analysis) {
   const Verdict verdict = overall_verdict(analysis);
   if (verdict == analysis.word.verdict) return analysis.word.says;
+  if (is_inconsistent(analysis.word.verdict) && verdict == Verdict::undecided) {
+    return fmt::format("undecided by the rule that ends the study, {} by tests that are not of its level",
+                       to_string(analysis.word.verdict));
+  }
   return is_inconsistent(verdict) ? fmt::format("{} by the rule that ends the study", to_string(verdict))
                                   : "";
 }

@@ -83,7 +83,8 @@ void add_posterior_bound(StudyAnalysis& analysis, const EngineOptions& options =
 Verdict overall_verdict(const StudyAnalysis& analysis);
 /// The p-value of that word: of a stop rule valid at any look.
 double overall_p_value(const StudyAnalysis& analysis);
-/// What it says; of a stop rule what the word over all says where it is the same, else nothing more.
+/// What it says; of a stop rule what the word over all says where it is the same, else why it is not, if that
+/// is told.
 std::string overall_says(const StudyAnalysis& analysis);
 
 /// Logs of a filter, judged.
