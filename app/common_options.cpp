@@ -67,8 +67,7 @@ std::string writable_folder(const std::string& folder) {
 
 std::string folder_for_page(const std::string& folder) {
   const std::filesystem::path page = std::filesystem::path(folder) / "index.html";
-  std::error_code error;
-  if (std::filesystem::is_regular_file(page, error) && !is_report_page(page)) {
+  if (is_page_of_others(page)) {
     return fmt::format(
         "{}: is there already and no page of a report: name another folder, or move the file away",
         page.string());

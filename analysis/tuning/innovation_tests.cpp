@@ -62,31 +62,37 @@ void test_mean(std::span<const RecordedInnovations> runs, InnovationTests& tests
   if (stretches.count >= kFewestStretches) tests.mean_p_value = test_zero_mean(stretches).p_value;
 }
 
-WhitenessTest test_white(std::span<const RecordedInnovations> runs, double confidence) {
-  const auto seen = std::ranges::find_if(runs, [](const auto& r) { return !r.whitened.empty(); });
-  LagProducts products(seen == runs.end() ? 1 : seen->whitened.front().size(), kLags);
-  LagSeries series(products.dim());
+/// Of one innovation; 0 where there is none.
+Index dimension_of(std::span<const RecordedInnovations> runs) {
+  const auto seen = std::ranges::find_if(runs, [](const auto& run) { return !run.whitened.empty(); });
+  return seen == runs.end() ? 0 : seen->whitened.front().size();
+}
+
+/// `lags`: LagProducts or LongLags.
+template <class Lags>
+void add_runs(std::span<const RecordedInnovations> runs, Lags& lags) {
+  LagSeries series(lags.dim());
   for (const RecordedInnovations& run : runs) {
     series.clear();
     for (const Vector& u : run.whitened) series.add(u);
-    products.add_run(series);
+    lags.add_run(series);
   }
+}
+
+WhitenessTest test_white(std::span<const RecordedInnovations> runs, double confidence) {
+  LagProducts products(std::max<Index>(1, dimension_of(runs)), kLags);
+  add_runs(runs, products);
   return test_whiteness(products, confidence);
 }
 
 /// Whether part of innovations that are not white stays in whole runs, or all of them are worth next to
 /// nothing: stretches of a run then tell no more of their size than the run.
 bool stay_in_runs(std::span<const RecordedInnovations> runs, const WhitenessTest& whiteness) {
-  if (whiteness.white || !whiteness.reason.empty()) return false;
-  const auto seen = std::ranges::find_if(runs, [](const auto& r) { return !r.whitened.empty(); });
-  if (seen == runs.end()) return false;
-  const Index dim = seen->whitened.front().size();
+  const Index dim = dimension_of(runs);
+  if (dim == 0 || whiteness.white || !whiteness.reason.empty()) return false;
   TimeCorrelations in_time{.lags = LongLags(dim), .runs = 0};
-  LagSeries series(dim);
+  add_runs(runs, in_time.lags);
   for (const RecordedInnovations& run : runs) {
-    series.clear();
-    for (const Vector& u : run.whitened) series.add(u);
-    in_time.lags.add_run(series);
     in_time.runs += run.whitened.empty() ? 0 : 1;
     in_time.dof += static_cast<double>(dim) * static_cast<double>(run.whitened.size());
   }

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "core/append_item.h"
 #include "montecarlo/engine/packed_bytes.h"
@@ -64,7 +65,8 @@ void remove_database(const std::filesystem::path& directory) {
   }
 }
 
-/// Whether a file begins as a store of results does, or as one that was hardly begun.
+/// Whether a file begins as a store of results does, or as one that was hardly begun: by its head alone,
+/// since SQLite refuses one that is damaged or cut, which is to be removed all the same.
 bool begins_as_store(const std::filesystem::path& file) {
   constexpr std::size_t kPagesAt = 28, kApplicationAt = 68, kHead = 72;  // big-endian, as SQLite has them
   constexpr std::string_view kMagic("SQLite format 3\0", 16);
@@ -330,6 +332,7 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
 
 void ResultStore::add_versions(std::string_view versions) {
   constexpr std::string_view kBetween = ", ";
+  if (versions.empty()) return;
   std::string all = tool_version();
   const std::size_t before = all.size();
   while (!versions.empty()) {
@@ -371,7 +374,7 @@ void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payl
 
 void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payload,
                             std::span<const std::byte> frame) {
-  if (add_chunk(key, payload, frame)) add_versions(writes_as_);
+  if (add_chunk(key, payload, frame)) add_versions(std::exchange(writes_as_, {}));
   if (std::chrono::steady_clock::now() - last_commit_ >= kCommitInterval) commit();
 }
 

@@ -147,7 +147,7 @@ class ResultStore {
   std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
   std::unique_ptr<SqliteDatabase> database_;
   std::chrono::steady_clock::time_point last_commit_{};
-  std::string writes_as_;       ///< the version of chunks that are added
+  std::string writes_as_;       ///< the version of chunks that are added; empty once it is told
   bool is_new_ = false;         ///< made by open_to_write
   bool packs_ = true;           ///< payloads are packed; not in stores of a version that did not
   bool has_companions_ = true;  ///< not in stores of a version without

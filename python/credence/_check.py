@@ -86,6 +86,11 @@ def collector(
     )
 
 
+def require_layout(names, angles, units, blocks, n: int, nonlinear: bool, inflated: bool) -> None:
+    """Raises what ``collector`` would of a state of n, before anything is played."""
+    collector(names, angles, units, blocks, n, [], True, nonlinear, inflated)
+
+
 def require_between(value: Any, argument: str, least: float, most: float) -> None:
     number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     if not number or not least <= value <= most:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import require_flag, require_text, states_of
-from ._check import collector, innovation_angles_of, require_confidence, require_whole
+from ._check import collector, innovation_angles_of, require_confidence, require_layout, require_whole
 from ._play import LARGEST_SEED, Chunk, Plan, PlugError, Switches, batch_runs, prior_of
 from ._play import require_functions, require_same_twice, require_time_step, warn_of_no_batch
 from ._players import Players
@@ -146,6 +146,7 @@ def study(
     require_text(name, "name")
     batch = require_flag(batch, "batch")
     names, n, marked = plugged_states(world, made_by(filter), names, angles)
+    require_layout(names, angles, units, blocks, n, nonlinear, inflated)
     plan = Plan(world, filter, steps, seed, noise_group, batch, marked, switches_of(noise), n)
     require_same_twice(plan, runs)
     require_time_step(plan)

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import require_flag
-from ._check import require_confidence, require_whole
+from ._check import require_confidence, require_layout, require_whole
 from ._play import CHUNK, LARGEST_SEED, Chunk, Plan, require_same_twice, warn_of_no_batch
 from ._players import Players
 from ._result import Result
@@ -149,6 +149,7 @@ def tune_filter(
     batch = require_flag(batch, "batch")
     factors = _factors(start)
     names, n, marked = plugged_states(world, made_by(filter, **factors), names, angles)
+    require_layout(names, angles, units, blocks, n, nonlinear, inflated)
     switches = switches_of(noise)
     bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]
     told = False

@@ -73,6 +73,11 @@ constexpr std::string_view kLink = "href=\"";
 
 bool is_report_page(const fs::path& page) { return is_of_credence(head_of(page)); }
 
+bool is_page_of_others(const fs::path& page) {
+  std::error_code none;
+  return fs::is_regular_file(page, none) && !is_report_page(page);
+}
+
 bool leads_to(const fs::path& page, std::string_view file) {
   return text_of_page(page).find(fmt::format("{}{}\"", kLink, escape_html(file))) != std::string::npos;
 }

@@ -26,6 +26,9 @@ std::vector<IndexedReport> find_reports(const std::filesystem::path& folder);
 /// Whether a page is one of Credence.
 bool is_report_page(const std::filesystem::path& page);
 
+/// Whether there is one that is of somebody else.
+bool is_page_of_others(const std::filesystem::path& page);
+
 /// Whether it is, and leads to a file beside it.
 bool leads_to(const std::filesystem::path& page, std::string_view file);
 

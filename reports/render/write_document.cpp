@@ -69,7 +69,7 @@ void require_own_files(const Document& document, const ReportFolder& directory) 
         path.string(),
         command.empty() ? "a report" : fmt::format("the report in that folder, which is of `{}`", command)));
   };
-  if (std::filesystem::is_regular_file(page) && !is_report_page(page)) refuse(page);
+  if (is_page_of_others(page)) refuse(page);
   if (ResultStore::exists(directory)) return;
   for (const DocumentFile& file : document.files) {
     const std::filesystem::path path = directory / file.name;

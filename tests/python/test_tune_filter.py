@@ -263,6 +263,23 @@ def test_numbers_that_are_none_are_named(wrong):
         credence.tune_filter(World(), Scaled, {"q": 1.0}, **{"runs": 5, "steps": 5, **wrong})
 
 
+def test_what_is_wrong_is_named_before_anything_is_played():
+    class Counting(Scaled):
+        updates = 0
+
+        def update(self, z):
+            Counting.updates += 1
+            super().update(z)
+
+    for wrong in ({"nonlinear": "no"}, {"inflated": 1}, {"units": ["m"]}, {"blocks": {"a": [7]}}):
+        (argument,) = wrong
+        with pytest.raises(ValueError, match=f"^{argument}"):
+            credence.tune_filter(World(), Counting, {"q": 1.0}, runs=5, steps=5, **wrong)
+        with pytest.raises(ValueError, match=f"^{argument}"):
+            credence.study(World(), Counting, runs=5, steps=5, **wrong)
+    assert Counting.updates == 0
+
+
 def test_batch_is_a_flag():
     with pytest.raises(ValueError, match="^batch = 'no': expected True or False"):
         credence.tune_filter(World(), Scaled, {"q": 1.0}, runs=5, steps=5, batch="no")

@@ -181,7 +181,7 @@ Causes find_opposed_components(const Findings& findings) {
 Causes find_wrong_component(const Findings& findings) {
   constexpr double kApart = 1.5;
   if (!findings.wrong_component) return {};
-  const auto& [name, of_sensor, factor, others, share, nis, mean_factor] = *findings.wrong_component;
+  const auto& [name, sensor, factor, others, share, nis, mean_factor] = *findings.wrong_component;
   if (std::abs(std::log(factor.mean / others)) < std::log(kApart)) return {};
   const bool large = factor.mean > 1.0;
   const std::string unit = unit_text(factor);
@@ -196,9 +196,8 @@ Causes find_wrong_component(const Findings& findings) {
                       : !of_R       ? Cause::process_or_measurement_noise
                       : large       ? Cause::measurement_noise_too_small
                                     : Cause::measurement_noise_too_large;
-  const std::string& sensor = of_sensor;
-  const bool alone =
-      std::ranges::all_of(findings.wrong_sensors, [&](const auto& of) { return of.name == sensor; });
+  const bool alone = std::ranges::all_of(
+      findings.wrong_sensors, [&](const auto& of) { return of.name == findings.wrong_component->sensor; });
   return {{cause, (alone ? "only " : "above all ") + component_text(*findings.wrong_component) + unit}};
 }
 
