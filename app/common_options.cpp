@@ -10,8 +10,10 @@
 #include <span>
 #include <stdexcept>
 #include <system_error>
+#include <variant>
 
 #include "app/say.h"
+#include "montecarlo/scenario/scenario_schema.h"
 #include "reports/document/report_index.h"
 
 namespace credence::internal {
@@ -101,10 +103,17 @@ void add_print_options(CLI::App& command, CommonOptions& options, const std::vec
   command.add_flag("--quiet", options.quiet, "no progress on stderr");
 }
 
+void add_study_option(CLI::App& command, std::string_view key, std::string_view about,
+                      std::optional<std::int64_t>& value) {
+  const auto& field = std::get<IntegerField>(find_scenario_key("study", key)->field);
+  command.add_option(fmt::format("--{}", key), value, fmt::format("{}, instead of study.{}", about, key))
+      ->check(CLI::Range(field.low, field.high));
+}
+
 void add_study_options(CLI::App& command, CommonOptions& options) {
-  command.add_option("--runs", options.runs, "number of Monte Carlo runs, instead of study.runs");
-  command.add_option("--steps", options.steps, "steps of each run, instead of study.steps");
-  command.add_option("--seed", options.seed, "seed, instead of study.seed");
+  add_study_option(command, "runs", "number of Monte Carlo runs", options.runs);
+  add_study_option(command, "steps", "steps of each run", options.steps);
+  add_study_option(command, "seed", "seed", options.seed);
 }
 
 void add_setting_option(CLI::App& command, CommonOptions& options) {

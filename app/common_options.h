@@ -58,6 +58,10 @@ void add_output_options(CLI::App& command, CommonOptions& options);
 void add_print_options(CLI::App& command, CommonOptions& options,
                        const std::vector<std::string>& formats = {"text", "json", "latex"});
 
+/// Declares --`key`, which takes the place of study.`key` and accepts what that does.
+void add_study_option(CLI::App& command, std::string_view key, std::string_view about,
+                      std::optional<std::int64_t>& value);
+
 /// Declares --runs, --steps and --seed.
 void add_study_options(CLI::App& command, CommonOptions& options);
 

@@ -46,9 +46,10 @@ std::string about_number(const CLI::App& command, const std::string& given) {
 std::string about_range(const CLI::App& command, const std::string& what) {
   constexpr std::string_view kValue = ": Value ";
   const std::string option = what.substr(0, what.find(kValue));
-  const std::size_t value = option.size() + kValue.size();
-  return fmt::format("{} {}: accepted are {}", option, what.substr(value, what.rfind(kOutOfRange) - value),
-                     accepted_numbers(*command.get_option(option)));
+  const std::size_t begin = option.size() + kValue.size();
+  const std::string value = what.substr(begin, what.rfind(kOutOfRange) - begin);
+  if (value.empty()) return option + ": the value is missing";
+  return fmt::format("{} {}: accepted are {}", option, value, accepted_numbers(*command.get_option(option)));
 }
 
 /// Of "--runs: 1 required INT missing" and "--runs: At Most 1 required but received 2".

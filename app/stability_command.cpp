@@ -173,8 +173,8 @@ void add_stability_command(CLI::App& app) {
   options->command = command;
   command->add_option("scenario", options->scenario, "scenario file, or a name of credence list")->required();
   add_setting_option(*command, *options);
-  command->add_option("--steps", options->steps, "steps of the study, instead of study.steps");
-  command->add_option("--seed", options->seed, "of the noisy run of a planar world, instead of study.seed");
+  add_study_option(*command, "steps", "steps of the study", options->steps);
+  add_study_option(*command, "seed", "of the noisy run of a planar world", options->seed);
   add_threads_option(*command, options->threads);
   add_output_options(*command, *options);
   command

@@ -184,9 +184,11 @@ def following(value: Any, name: str, row: "tuple[int, ...]", shape: Shape, like:
     if array.shape == once and (covariance or shape.indexing is Indexing.single):
         return [np.broadcast_to(_contiguous_rows(array, dims), stacked)]
     expected = once if shape.indexing is Indexing.single else stacked
+    shorter = [row] if shape.indexing is Indexing.single else [once, row]
+    same = f" (or {' or '.join(map(str, shorter))} where all are the same)" if covariance else ""
     variances = covariance and array.shape == expected[:-1]
     hint = "; variances alone are a covariance as v[..., None] * numpy.eye(n)" if variances else ""
-    raise ValueError(f"{name} has shape {array.shape}: expected {expected}, as {like}{hint}")
+    raise ValueError(f"{name} has shape {array.shape}: expected {expected}{same}, as {like}{hint}")
 
 
 def system_path(path: "str | bytes | os.PathLike") -> bytes:

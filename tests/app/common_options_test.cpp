@@ -61,9 +61,19 @@ TEST_F(CommonOptionsTest, ANumberThatIsTooLargeOrMissingIsNotMadeAnother) {
       if (command == std::string("stability") && option == std::string("--runs")) continue;
       const std::string begin = "credence: " + std::string(command) + ": " + option,
                         end = " (credence help " + std::string(command) + ")\n";
-      const Finished large = run({command, "a.toml", option, "99999999999999999999"});
-      EXPECT_EQ(large.code, 2);
-      EXPECT_EQ(large.err, begin + ": 99999999999999999999 is too large" + end);
+      for (const char* value : {"-1", "x"}) {
+        const Finished bad = run({command, "a.toml", option, value});
+        EXPECT_EQ(bad.code, 2);
+        EXPECT_TRUE(bad.err.starts_with(begin + " " + value + ": accepted are whole numbers from "))
+            << bad.err;
+      }
+      const std::string large = "99999999999999999999";
+      const Finished refused = run({command, "a.toml", option, large});
+      EXPECT_EQ(refused.code, 2);
+      EXPECT_EQ(refused.err, option == std::string("--seed")
+                                 ? begin + ": " + large + " is too large" + end
+                                 : begin + " " + large + ": accepted are whole numbers from 1 to " +
+                                       (option == std::string("--runs") ? "1000000000" : "10000000") + end);
       // As of a variable of a script that is not set.
       const Finished missing = run({command, "a.toml", option, ""});
       EXPECT_EQ(missing.code, 2);

@@ -16,7 +16,10 @@ class Complaint : public CommandTest {};
 TEST_F(Complaint, IsOneSentenceWithWhereTheRightWordsAreListed) {
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"run"}, "run: scenario is required (credence help run)"},
-      {{"run", "planar_loop", "--runs", "1e4"}, "run: --runs = 1e4 is no whole number (credence help run)"},
+      {{"run", "planar_loop", "--only-run", "1e4"},
+       "run: --only-run = 1e4 is no whole number (credence help run)"},
+      {{"run", "planar_loop", "--runs", "1e4"},
+       "run: --runs 1e4: accepted are whole numbers from 1 to 1000000000 (credence help run)"},
       {{"plan", "planar_loop", "--power", "high"}, "plan: --power = high is no number (credence help plan)"},
       {{"run", "planar_loop", "--format", "yaml"},
        "run: --format: yaml not in {text,json,latex} (credence help run)"},

@@ -356,13 +356,6 @@ TEST_F(RunCommand, AMeasurementWithoutNoiseIsReported) {
   EXPECT_TRUE(Json::accept(f.out));
 }
 
-TEST_F(RunCommand, ANegativeSeedIsRefusedAsItWasWritten) {
-  write("a.toml", kMonobot);
-  const Finished f = run({"run", "a.toml", "--seed", "-1"});
-  EXPECT_EQ(f.code, 2);
-  EXPECT_NE(f.err.find("study.seed=-1"), std::string::npos) << f.err;
-}
-
 TEST_F(RunCommand, ScenariosOfOneNameAreRefusedBeforeTheyAreRun) {
   fs::create_directories(folder_ / "b");
   write("a.toml", kMonobot);

@@ -399,11 +399,14 @@ def test_bad_arrays_are_named():
     assert bad(unknown) == "S[2, 3, 0, 0] is nan"
     assert bad(missing_variance) == "P[1, 0, 1, 1] is nan"
     assert bad(lambda a: a.update(P=a["P"][:, :, 0])) == (
-        "P has shape (5, 20, 2): expected (5, 20, 2, 2), as error; variances alone are a covariance as "
+        "P has shape (5, 20, 2): expected (5, 20, 2, 2) (or (20, 2, 2) or (2, 2) where all are the same), as error; "
+        "variances alone are a covariance as "
         "v[..., None] * numpy.eye(n)"
     )
     assert bad(lambda a: a.update(S=a["S"][:4])).endswith(", as innovation")
-    assert bad(lambda a: a.update(P=a["P"][:4])) == "P has shape (4, 20, 2, 2): expected (5, 20, 2, 2), as error"
+    assert bad(lambda a: a.update(P=a["P"][:4])) == (
+        "P has shape (4, 20, 2, 2): expected (5, 20, 2, 2) (or (20, 2, 2) or (2, 2) where all are the same), as error"
+    )
     assert bad(lambda a: a.update(innovation=a["innovation"][:, :19])).startswith("innovation has shape (5, 19, 1)")
     assert bad(lambda a: a.update(error=a["error"][0, 0])).startswith("error has shape (2,): expected (runs, steps, n)")
     assert bad(lambda a: a.update(S=None)) == "innovation and S belong together: one of them is None"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -50,6 +51,14 @@ std::string further_sensors(std::span<const WordPart> parts, const JointTests& j
   return fmt::format(", and of {} more sensor{}", rejected - 1, rejected == 2 ? "" : "s");
 }
 
+/// "NEES at others" where "NEES at some times" is named before it, which it is without that.
+std::string name_after(std::span<const std::string> named, const std::string& name) {
+  constexpr std::string_view kOthers = kAtOthers;
+  if (!name.ends_with(kOthers)) return name;
+  const std::string at_some_times = name.substr(0, name.size() - kOthers.size()) + kAtSomeTimes;
+  return std::ranges::find(named, at_some_times) == named.end() ? at_some_times : name;
+}
+
 void say(std::span<const WordPart> parts, const JointTests& joint, double alpha, Word& word) {
   const std::array sides{Verdict::optimistic, Verdict::pessimistic};
   for (std::size_t side = 0; side < 2; ++side) {
@@ -57,7 +66,7 @@ void say(std::span<const WordPart> parts, const JointTests& joint, double alpha,
     if (part == nullptr) continue;
     const std::string when = when_text(*part->verdict, sides[side]);
     const bool other_name = sides[side] == Verdict::pessimistic && !part->pessimistic_name.empty();
-    const std::string& name = other_name ? part->pessimistic_name : part->name;
+    const std::string name = name_after(word.named, other_name ? part->pessimistic_name : part->name);
     append_item(word.says,
                 fmt::format("{} in {}{}{}{}", to_string(sides[side]), name, when.empty() ? "" : " ", when,
                             is_sensor(*part) ? further_sensors(parts, joint, side, alpha) : ""),

@@ -75,6 +75,19 @@ TEST(Word, ADirectionHasANameOnEachSide) {
   EXPECT_EQ(word.named, (std::vector<std::string>{"the direction of a", "that of b"}));
 }
 
+TEST(Word, AtOthersIsSaidBesideAtSomeTimes) {
+  const ConsistencyVerdict up = says(1e-9, 1.0), down = says(1.0, 1e-9);
+  const auto part = [](const char* name, const ConsistencyVerdict& v) {
+    return WordPart{.name = name, .verdict = &v, .named_last = true};
+  };
+  const auto named = [](std::vector<WordPart> parts) { return join_verdicts(parts, 0.95).named; };
+  EXPECT_EQ(named({part("NEES at some times", up), part("NEES at others", down)}),
+            (std::vector<std::string>{"NEES at some times", "NEES at others"}));
+  EXPECT_EQ(named({part("NEES at others", down)}), std::vector<std::string>{"NEES at some times"});
+  EXPECT_EQ(named({part("NIS at some times", up), part("NEES at others", down)}),
+            (std::vector<std::string>{"NIS at some times", "NEES at some times"}));
+}
+
 TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {
   // NEES has two thirds where there is no block: 0.02 / (2/3) = 0.03; NIS one third: 0.02 · 3 = 0.06.
   EXPECT_NEAR(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).p_value, 0.03, 1e-12);
