@@ -89,6 +89,8 @@ class CalibrationRecorder {
   void begin_run(const RunLayout& layout, std::string name);
   /// The run that is open has this name after all.
   void rename_run(std::string name) { run_.name = std::move(name); }
+  /// The run that is open failed, and counts nothing.
+  void drop_run() { open_ = false; }
   /// distance_m: that the truth has travelled in the run so far; NaN where it is not known. `factored`: of
   /// this step, by an EvidenceRecorder of the same layout, so that it is not done again.
   void add(const Step& step, double distance_m = kNaN, FactoredState factored = {});

@@ -36,6 +36,7 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
     }
     if (run.failure) {
       recorder.end_run(run.failure->outcome, run.failure->step);
+      if (calibration != nullptr) calibration->drop_run();
       judged.failed();
     }
     judged.end_run();

@@ -136,7 +136,10 @@ class GroupSums final : public RowSink {
     if (row.factored) return calibration_.add({&row.factor, &row.normalised}, row.travelled_m);
     calibration_.add(row.state, row.travelled_m);
   }
-  void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
+  void end_run(Outcome outcome, std::int64_t step) override {
+    sums_.end_run(outcome, step);
+    if (outcome != Outcome::ok) calibration_.drop_run();
+  }
 
   EvidenceRecorder& sums() { return sums_; }
 

@@ -104,6 +104,13 @@ std::string failed_text(std::int64_t failed, std::int64_t all) {
   return all == 1 ? "the only run failed" : fmt::format("{} of {} runs failed", failed, all);
 }
 
+std::string what_failed_count_in(std::int64_t failed, std::int64_t all) {
+  const std::string of_steps =
+      failed == 1 ? "It counts up to the step before" : "They count up to the step before";
+  if (failed >= all) return of_steps;
+  return of_steps + " in what is told of single steps; means, factors, RMSE and scores are of the other runs";
+}
+
 std::optional<Outcome> outcome_named(std::string_view word) { return value_named(word, Outcome::threw); }
 
 double most_stored_bytes(std::int64_t steps, std::int64_t runs) {

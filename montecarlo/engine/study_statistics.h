@@ -131,6 +131,9 @@ inline constexpr std::array kOutcomes = {Outcome::ok, Outcome::diverged, Outcome
 /// "2 of 6 runs failed", or "the only run failed".
 std::string failed_text(std::int64_t failed, std::int64_t all);
 
+/// In what those that failed count: "It counts up to the step before", or in single steps alone.
+std::string what_failed_count_in(std::int64_t failed, std::int64_t all);
+
 /// The one of that name; nothing for another word.
 std::optional<Outcome> outcome_named(std::string_view word);
 

@@ -223,7 +223,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "Of NEES the number of states, of NIS the number of values measured.", true},
     {"failed", "diverged|not positive definite|not_positive_definite|threw|failures",
      "of a run: the filter broke down, or its estimate went beyond all bounds",
-     "It counts up to the step before and is named with its number, with which --only-run plays it again.",
+     "In single steps it counts up to the one before; means and factors are of the other runs. It is named "
+     "with "
+     "its number, with which --only-run plays it again.",
      true},
     {"trusted if within", "", "the bounds within which the mean of a consistent filter lies",
      "With the confidence asked for, over all steps together; where a step decided, its own bounds.", true},

@@ -148,9 +148,10 @@ Causes find_runs_that_are_lost(const Findings& findings) {
       why += ", …";
       break;
     }
-    append_item(why,
-                fmt::format("{} has a mean NEES of {} times its dof, beyond chance from {} on", name_of(run),
-                            number_text(run.factor, 3), place_of(run, findings.lost.by_step, findings.nees)));
+    append_item(
+        why, fmt::format("{} has a mean NEES of {} times its dof, beyond chance from {} on{}", name_of(run),
+                         number_text(run.factor, 3), place_of(run, findings.lost.by_step, findings.nees),
+                         run.failed_at > 0 ? fmt::format(", and failed at step {}", run.failed_at) : ""));
   }
   return {{Cause::lost_runs, fmt::format("{}; that of the other {} is {} times. Look at {} before anything "
                                          "else: no factor on P mends it",

@@ -16,7 +16,7 @@ namespace credence::internal {
 namespace {
 
 constexpr std::size_t kFewestToLose = 5, kMostOf = 4;
-constexpr std::int64_t kFewestLostRows = 10;
+constexpr std::int64_t kFewestLostRows = 10, kFewestOfFailed = 3;
 constexpr double kBeyondMedian = 10.0, kOthersWrong = 2.0;
 
 /// Of an even number of values the larger one in the middle.
@@ -28,24 +28,26 @@ double median_of_runs(std::vector<double> values) {
 
 }  // namespace
 
-LostRuns find_lost_runs(std::span<const RunCourse> runs) {
+LostRuns find_lost_runs(std::span<const CourseOfRun> runs) {
   if (runs.size() < kFewestToLose) return {};
   std::vector<double> means;
   means.reserve(runs.size());
-  for (const RunCourse& run : runs) means.push_back(run.mean);
+  for (const CourseOfRun& run : runs) means.push_back(run.course.mean);
   const double typical = median_of_runs(std::move(means));
   LostRuns found;
   Moments others;
   double rows = 0.0, sum = 0.0;  // of these
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const RunCourse& run = runs[i];
-    if (!(run.mean > kBeyondMedian * typical) || run.beyond < kFewestLostRows) {
+  for (const auto& [number, failed_at, run] : runs) {
+    found.last = std::max(found.last, number);
+    const std::int64_t fewest = failed_at > 0 ? kFewestOfFailed : kFewestLostRows;
+    if (!(run.mean > kBeyondMedian * typical) || run.beyond < fewest) {
       others.add(run.mean);
       rows += static_cast<double>(run.rows);
       sum += static_cast<double>(run.rows) * run.mean;
       continue;
     }
-    found.runs.push_back({static_cast<std::int64_t>(i), run.first, run.mean});
+    found.runs.push_back(
+        {.run = number, .row = run.first, .factor = run.mean, .name = {}, .failed_at = failed_at});
   }
   if (found.runs.empty() || kMostOf * found.runs.size() > runs.size()) return {};
   found.others = static_cast<std::int64_t>(runs.size() - found.runs.size());
@@ -70,14 +72,16 @@ std::string names_of(const LostRuns& lost) {
   }
   if (named) return names + (lost.runs.size() > kNamed ? ", …" : "");
   return fmt::format("run{} {}{} (of 0 to {})", lost.runs.size() == 1 ? "" : "s", names,
-                     lost.runs.size() > kNamed ? ", …" : "", lost.others + std::ssize(lost.runs) - 1);
+                     lost.runs.size() > kNamed ? ", …" : "", lost.last);
 }
 
 bool rows_are_steps(const RunSums& runs, const ConsistencyVerdict& nees) {
   const auto steps = std::ssize(nees.steps);
   const auto of_all = [steps](const std::vector<double>& run) { return std::ssize(run) == steps; };
   return nees.step_stride == 1 && std::ranges::all_of(runs.nees, of_all) &&
-         std::ranges::all_of(runs.further, [steps](const RunCourse& run) { return run.rows == steps; });
+         std::ranges::all_of(runs.further, [steps](const RunCourse& run) { return run.rows == steps; }) &&
+         std::ranges::all_of(runs.failed,
+                             [](const CourseOfRun& run) { return run.course.rows + 1 == run.failed_at; });
 }
 
 std::string place_of(const LostRun& run, bool by_step, const ConsistencyVerdict& nees) {

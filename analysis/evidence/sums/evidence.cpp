@@ -117,6 +117,7 @@ void RunSums::merge(const RunSums& later, double least_dof) {
   if (last_whitened.count == 0 || last_whitened.mean.size() == later.last_whitened.mean.size()) {
     last_whitened.merge(later.last_whitened);
   }
+  failed.insert(failed.end(), later.failed.begin(), later.failed.end());
 }
 
 void RunSums::add(std::vector<double> nees_of_run, const RunSamples* samples_of_run) {
@@ -154,6 +155,7 @@ void Evidence::merge(Evidence later) {
   study.steps.resize(steps);
   later.study.steps.resize(steps);
   for (RunFailure& failure : later.study.failures) failure.run += study.runs;
+  for (CourseOfRun& failed : later.whole_runs.failed) failed.run += study.runs;
   const auto least_dof = static_cast<double>(later.study.nees_of_runs.least_dof);
   whole_runs.merge(later.whole_runs, least_dof);
   study.merge(later.study);

@@ -145,8 +145,9 @@ struct RunSums {
   std::vector<RunCourse> further;     ///< how NEES went in the runs behind the first kKept
   std::vector<Matrix> samples;        ///< of few runs (RunLaw::samples_of_all)
   std::vector<Vector> log_variances;  ///< of these samples
-  VectorMoments last_whitened;  ///< of the whole state at the end (correlation_whitening.h); only of runs
-                                ///< with as many states, of which P is of full rank
+  VectorMoments last_whitened;      ///< of the whole state at the end (correlation_whitening.h); only of runs
+                                    ///< with as many states, of which P is of full rank
+  std::vector<CourseOfRun> failed;  ///< of the runs that failed, of which nothing else here is
 
   /// least_dof: of the NEES of `later`.
   void merge(const RunSums& later, double least_dof);

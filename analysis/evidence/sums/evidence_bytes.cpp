@@ -12,12 +12,12 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 24;
+constexpr std::uint32_t kFormat = 25;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
     std::same_as<T, SkewedMoments> || std::same_as<T, CoverageCount> || std::same_as<T, StepSums> ||
-    std::same_as<T, ScoreMoments> || std::same_as<T, WholeTurns>;
+    std::same_as<T, ScoreMoments> || std::same_as<T, WholeTurns> || std::same_as<T, CourseOfRun>;
 
 /// Writes or reads values, one description of each type for both.
 template <class Bytes>
@@ -246,7 +246,7 @@ class Pass {
 
   void one(Held<RunSums>& runs) {
     (*this)(runs.nees_values, runs.nees, runs.samples, runs.log_variances, runs.last_error,
-            runs.last_covariance, runs.last_whitened);
+            runs.last_covariance, runs.last_whitened, runs.failed);
     require(runs.samples.size() == runs.log_variances.size());
     for (std::size_t i = 0; i < runs.samples.size(); ++i)
       require(runs.samples[i].cols() == runs.log_variances[i].size());
@@ -292,6 +292,8 @@ class Pass {
             e.narrow_angles, e.rows, e.step_stride, e.rejected, e.wrongly_certain, e.first_run, e.state_dim,
             e.joint_covariance, e.has_truth);
     constexpr std::int64_t kMostStride = std::int64_t{1} << 40;
+    for (const CourseOfRun& failed : e.whole_runs.failed)
+      require(failed.run >= 0 && failed.run < e.study.runs && failed.course.rows > 0);
     require(e.step_stride >= 1 && e.step_stride <= kMostStride &&
             std::has_single_bit(static_cast<std::uint64_t>(e.step_stride)));
   }

@@ -81,11 +81,16 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
 }
 
 void EvidenceRecorder::end_run(Outcome outcome, std::int64_t step, std::size_t i) {
+  OpenRun& run = runs_[i];
   if (outcome != Outcome::ok) {
-    const std::int64_t after = std::ssize(runs_) - static_cast<std::int64_t>(i);
-    sums_.study.failures.push_back({sums_.study.runs - after, step, outcome});
+    const std::int64_t number = sums_.study.runs - std::ssize(runs_) + static_cast<std::int64_t>(i);
+    sums_.study.failures.push_back({number, step, outcome});
+    if (!run.nees.empty()) {
+      const auto least_dof = static_cast<double>(run.whole.least_dof);
+      sums_.whole_runs.failed.push_back({number, step, course_of(run.nees, least_dof)});
+    }
   }
-  close_run(runs_[i], outcome == Outcome::ok);
+  close_run(run, outcome == Outcome::ok);
 }
 
 Evidence EvidenceRecorder::take() {

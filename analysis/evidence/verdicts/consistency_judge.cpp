@@ -199,21 +199,22 @@ void summarise_steps(ConsistencyVerdict& result) {
   result.steps_rejected = count_holm_rejections(result.steps, 1.0 - result.confidence);
 }
 
-/// Whether runs have nearly as many steps each, so that the mean over them is that over all values.
-bool are_alike(const ConsistencyVerdict& result) {
+/// Whether no run failed and they have nearly as many steps each, so that the mean over them is that over all
+/// values.
+bool are_alike(const RunAverages& runs, const ConsistencyVerdict& result) {
   constexpr double kMissing = 0.05;
   std::int64_t most = 0;
   for (const StepTest& step : result.steps) most = std::max(most, step.count);
   const auto of_all = static_cast<double>(most) * static_cast<double>(result.steps_tested);
-  return static_cast<double>(result.count) >= (1.0 - kMissing) * of_all;
+  return most <= runs.moments.count && static_cast<double>(result.count) >= (1.0 - kMissing) * of_all;
 }
 
 /// Bounds of the mean that the interval of the factor accepts: those between which 1 lies in it. Of runs of
-/// different lengths each counts once, in the mean as in its test.
+/// different lengths each counts once, in the mean as in its test, and none that failed.
 void test_runs(const RunAverages& runs, double level, ConsistencyVerdict& result) {
   const auto least_dof = static_cast<double>(runs.least_dof);
   const MeanInterval decides = run_mean_interval(runs.moments, 1.0 - level, least_dof);
-  if (!are_alike(result)) result.mean = result.expected * decides.mean;
+  if (!are_alike(runs, result)) result.mean = result.expected * decides.mean;
   result.bounds = {result.mean / decides.upper, result.mean / decides.lower};
   result.overall_p_value = run_mean_p_values(runs.moments, 1.0, least_dof).two_sided();
 }

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -252,15 +253,27 @@ void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j
   if (j.vehicle_nees) name(*j.vehicle_nees, stride_of_all);
 }
 
-/// By their numbers among all runs, of which the evidence has those that ended well.
+/// Of the runs that ended well and of those that failed, by their numbers.
+std::vector<CourseOfRun> courses_of(const Evidence& e) {
+  std::vector<CourseOfRun> all = e.whole_runs.failed;
+  std::set<std::int64_t> failed;
+  for (const RunFailure& failure : e.study.failures) failed.insert(failure.run);
+  std::int64_t run = 0;
+  for (const RunCourse& course : e.whole_runs.courses(static_cast<double>(e.study.nees_of_runs.least_dof))) {
+    while (failed.contains(run)) ++run;
+    all.push_back({.run = run++, .course = course});
+  }
+  std::ranges::sort(all, {}, &CourseOfRun::run);
+  return all;
+}
+
 LostRuns lost_runs_of(const Evidence& e, const ConsistencyVerdict& nees, std::span<const std::string> names) {
   if (!e.has_truth || !e.joint_covariance || e.whole_runs.nees.empty()) return {};
-  LostRuns lost = find_lost_runs(e.whole_runs.courses(static_cast<double>(e.study.nees_of_runs.least_dof)));
-  for (LostRun& run : lost.runs) {
-    for (const RunFailure& failure : e.study.failures) run.run += failure.run <= run.run ? 1 : 0;
-    const bool named = std::ssize(names) == e.study.runs;
-    if (named) run.name = names[static_cast<std::size_t>(run.run)];
+  LostRuns lost = find_lost_runs(courses_of(e));
+  if (std::ssize(names) == e.study.runs) {
+    for (LostRun& run : lost.runs) run.name = names[static_cast<std::size_t>(run.run)];
   }
+  lost.last = e.study.runs - 1;
   lost.by_step = rows_are_steps(e.whole_runs, nees);
   return lost;
 }

@@ -243,7 +243,9 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
 }
 
 std::vector<std::string> mistakes_told(Said said, const Judgement& judgement) {
-  const bool fits = judgement.nees.verdict == Verdict::consistent && !any_block_is_wrong(judgement);
+  const bool others_fit = !judgement.lost.runs.empty() && judgement.lost.others_are_right();
+  const bool fits =
+      others_fit || (judgement.nees.verdict == Verdict::consistent && !any_block_is_wrong(judgement));
   std::vector<std::string> told = fits ? std::vector<std::string>{} : std::move(said.misfits);
   std::ranges::move(said.others, std::back_inserter(told));
   return told;

@@ -76,8 +76,8 @@ void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementC
                      InputMistakes mistakes, CheckedLogs& logs);
 
 /// CheckedLogs::mistakes of what was said: not that errors misfit where NEES of all runs, and of their
-/// blocks, is consistent. What tells of a misfit takes each run for itself, and where a part of the errors
-/// stays over a whole run, most runs look as if P were too large.
+/// blocks, is consistent, or that of all but a few that are lost. What tells of a misfit takes each run for
+/// itself, and where a part of the errors stays over a whole run, most runs look as if P were too large.
 std::vector<std::string> mistakes_told(Said said, const Judgement& judgement);
 
 /// Where a mistake is named that makes errors misfit, drops the causes and the factor on P that these errors

@@ -66,7 +66,8 @@ void add_step_note(ReportTable& table, double confidence) {
   if (std::ranges::none_of(table.rows, by_step)) return;
   table.notes.push_back(fmt::format(
       "“at step k, has …”: that step decided, and the interval is the one for its mean. With {:g} % "
-      "probability all steps of a right filter lie within theirs. The column “mean” is over all steps.",
+      "probability all steps of a right filter lie within theirs. The column “mean” is over all steps; runs "
+      "of different lengths count alike.",
       100.0 * confidence));
 }
 
@@ -157,6 +158,8 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
       break;
     }
   }
+  if (const auto failed = std::ssize(s.study.failures); failed > 0)
+    table.notes.push_back(what_failed_count_in(failed, s.study.runs) + ".");
 }
 
 /// Where a block stands in a table: the pose first, then its parts, the rest in the order of the log.

@@ -259,10 +259,9 @@ void add_failures(Document& document, const StudyAnalysis& a) {
   const auto failed = std::ssize(a.statistics.failures);
   document.callout(
       CellTone::alarm,
-      fmt::format("{}. {} up to the step before, and {} can be replayed alone with "
-                  "--only-run.",
+      fmt::format("{}. {}. {} can be replayed alone with --only-run.",
                   a.statistics.runs == 1 ? "The only run failed" : failed_text(failed, a.statistics.runs),
-                  failed == 1 ? "It counts" : "They count", failed == 1 ? "it" : "each"));
+                  what_failed_count_in(failed, a.statistics.runs), failed == 1 ? "It" : "Each"));
   document.bullets(items);
 }
 

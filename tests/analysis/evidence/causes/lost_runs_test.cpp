@@ -31,8 +31,9 @@ std::vector<std::vector<double>> consistent_runs(std::size_t runs, std::size_t r
 }
 
 LostRuns lost_of(std::span<const std::vector<double>> nees, double least_dof) {
-  std::vector<RunCourse> runs;
-  for (const std::vector<double>& run : nees) runs.push_back(course_of(run, least_dof));
+  std::vector<CourseOfRun> runs;
+  for (const std::vector<double>& run : nees)
+    runs.push_back({.run = std::ssize(runs), .course = course_of(run, least_dof)});
   return find_lost_runs(runs);
 }
 
@@ -54,6 +55,24 @@ TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   EXPECT_EQ(names_of(named), "run 13 of dv");
 }
 
+// Which is what a filter does that ends where it notices.
+TEST(LostRuns, OfARunThatFailedThreeRowsAreEnough) {
+  std::vector<CourseOfRun> runs(20, {.course = {.mean = 1.0, .rows = 50}});
+  for (std::size_t i = 0; i < runs.size(); ++i) runs[i].run = static_cast<std::int64_t>(i);
+  runs[4].course = {.mean = 12.0, .rows = 9, .beyond = 3, .first = 7};
+  EXPECT_TRUE(find_lost_runs(runs).runs.empty());
+  runs[4].failed_at = 10;
+  const LostRuns lost = find_lost_runs(runs);
+  ASSERT_EQ(lost.runs.size(), 1U);
+  EXPECT_EQ(lost.runs[0].run, 4);
+  EXPECT_EQ(lost.runs[0].row, 7);
+  EXPECT_EQ(lost.runs[0].failed_at, 10);
+  EXPECT_EQ(lost.others, 19);
+  EXPECT_DOUBLE_EQ(lost.factor_of_others, 1.0);
+  runs[4].course.beyond = 2;
+  EXPECT_TRUE(find_lost_runs(runs).runs.empty());
+}
+
 TEST(LostRuns, ARowIsAStepWhereEveryRunHasAllSteps) {
   ConsistencyVerdict nees;
   nees.steps.resize(3);
@@ -68,6 +87,11 @@ TEST(LostRuns, ARowIsAStepWhereEveryRunHasAllSteps) {
   runs.further[0].rows = 2;
   EXPECT_FALSE(rows_are_steps(runs, nees));
   runs.further.clear();
+  runs.failed = {{.run = 2, .failed_at = 3, .course = {.rows = 2}}};
+  EXPECT_TRUE(rows_are_steps(runs, nees));
+  runs.failed[0].course.rows = 1;
+  EXPECT_FALSE(rows_are_steps(runs, nees));
+  runs.failed.clear();
   runs.nees[0].pop_back();
   EXPECT_FALSE(rows_are_steps(runs, nees));
   const LostRun lost{.run = 1, .row = 3};

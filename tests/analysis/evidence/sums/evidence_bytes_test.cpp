@@ -83,7 +83,7 @@ TEST(EvidenceBytes, UnitsAreKeptAndThoseOfAVersionWithoutThemAreRefused) {
   in_feet.layout.units[0] = "ft";
   EXPECT_THROW(evidence_from_bytes(to_bytes(in_feet), experiment->layout()), std::runtime_error);
   EXPECT_EQ(evidence_from_bytes(to_bytes(in_feet), in_feet.layout).layout.units[0], "ft");
-  ASSERT_EQ(bytes[0], std::byte{24});
+  ASSERT_EQ(bytes[0], std::byte{25});
   bytes[0] = std::byte{21};
   EXPECT_THROW(evidence_from_bytes(bytes, experiment->layout()), std::runtime_error);
 }

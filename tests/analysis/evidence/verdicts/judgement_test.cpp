@@ -1483,6 +1483,50 @@ TEST(Judgement, ALostRunHasItsNumberAmongTheFailedOnes) {
   EXPECT_EQ(j.lost.runs[0].run, 7);
 }
 
+// They have no average, and yet are what is wrong; else a few seem heavy tails of a covariance that is right.
+TEST(Judgement, RunsThatAreLostBeforeTheyFailAreNamed) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  EvidenceRecorder recorder({.states = {"a", "b"}, .angles = {false, false}});
+  Step step;
+  step.states = {0, 1};
+  step.P = Matrix::Identity(2, 2);
+  const auto lost = [](int run) { return run == 17 || run == 40; };
+  // Those that fail elsewhere are right.
+  const auto fails = [&lost](int run) { return lost(run) || run == 3; };
+  double sum = 0.0;
+  for (int run = 0; run < 60; ++run) {
+    recorder.begin_run();
+    const int last = fails(run) ? 25 : 50;
+    double of_run = 0.0;
+    for (int k = 1; k <= last; ++k) {
+      step.step = k;
+      step.error = Vector::NullaryExpr(2, [&] { return normal(random); });
+      if (lost(run) && k > 5) step.error[0] += 13.0;
+      of_run += step.error.squaredNorm();
+      recorder.add(step);
+    }
+    if (fails(run))
+      recorder.end_run(Outcome::diverged, last + 1);
+    else
+      sum += of_run / (50.0 * 57.0);
+  }
+  Evidence e = recorder.take();
+  const Judgement j = judge(e);
+  EXPECT_EQ(j.word.verdict, Verdict::optimistic);
+  EXPECT_EQ(j.word.says, "optimistic in runs 17, 40 (of 0 to 59) alone");
+  ASSERT_EQ(j.causes.size(), 1U);
+  EXPECT_EQ(j.causes[0].cause, Cause::lost_runs);
+  EXPECT_THAT(j.causes[0].why, testing::HasSubstr("beyond chance from step 6 on, and failed at step 26"));
+  EXPECT_NEAR(j.nees.mean, sum, 1e-12) << "of the runs that did not fail";
+  EXPECT_NEAR(j.nees.factor.mean, 0.5 * sum, 1e-12);
+  // The same behind other runs.
+  Evidence twice = e;
+  twice.merge(e);
+  ASSERT_EQ(twice.whole_runs.failed.size(), 6U);
+  EXPECT_EQ(judge(twice).word.says, "optimistic in runs 17, 40, 77, 100 (of 0 to 119) alone");
+}
+
 // A run of 20 that is 9 σ off makes a mean that is not known well, but no run is beyond ten times the others.
 TEST(Judgement, AMeanThatFewRunsDecideDoesNotMakePRight) {
   const Judgement j = judge(logs_of(20, 100, 0.99, 1.0, [](Step& row, int run) {

@@ -26,6 +26,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::SizeIs;
 
 std::vector<std::string> sections_of(const Document& document) {
   std::vector<std::string> titles;
@@ -242,12 +243,13 @@ TEST(LogReport, AMistakeOfTheLogIsTheFirstThingToDo) {
 }
 
 TEST(LogReport, AMisfitIsToldWhereSomeErrorsOfAllRunsMisfit) {
-  const auto told = [](Verdict nees, Verdict block) {
+  const auto told = [](Verdict nees, Verdict block, bool lost = false, double factor_of_others = 1.0) {
     Judgement judgement;
     judgement.nees.verdict = nees;
     judgement.blocks.resize(2);
     judgement.blocks[0].verdict.verdict = Verdict::consistent;
     judgement.blocks[1].verdict.verdict = block;
+    if (lost) judgement.lost = {.runs = {{.run = 7}}, .factor_of_others = factor_of_others};
     return mistakes_told({.misfits = {"standard deviations"}, .others = {"the unit of time"}}, judgement);
   };
   EXPECT_THAT(told(Verdict::consistent, Verdict::consistent), ElementsAre("the unit of time"));
@@ -255,6 +257,8 @@ TEST(LogReport, AMisfitIsToldWhereSomeErrorsOfAllRunsMisfit) {
                                     std::pair(Verdict::optimistic, Verdict::consistent),
                                     std::pair(Verdict::undecided, Verdict::undecided)})
     EXPECT_THAT(told(nees, block), ElementsAre("standard deviations", "the unit of time"));
+  EXPECT_THAT(told(Verdict::optimistic, Verdict::optimistic, true), ElementsAre("the unit of time"));
+  EXPECT_THAT(told(Verdict::optimistic, Verdict::optimistic, true, 1.5), SizeIs(2));
 }
 
 TEST(CheckedLogs, OfFewRunsThatArePessimisticItIsSaidWhatTheyCannotTell) {

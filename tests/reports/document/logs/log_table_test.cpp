@@ -180,7 +180,7 @@ TEST(LogTable, ARowThatFailsAloneAmongAllTestsIsExplained) {
 
 TEST(LogTable, TheIntervalOfAStepThatDecidedIsExplained) {
   CheckedLogs logs = logs_with();
-  const auto explained = Contains(HasSubstr("The column “mean” is over all steps."));
+  const auto explained = Contains(HasSubstr("The column “mean” is over all steps; runs"));
   ConsistencyVerdict& nees = logs.analysis.judgement.nees;
   nees = verdict_of(2.25, Verdict::optimistic);
   EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));

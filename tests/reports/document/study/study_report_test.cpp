@@ -80,9 +80,8 @@ TEST(StudyDocument, RunsThatFailedAreInTheAnswer) {
   EXPECT_EQ(study_document({study}).answer.text, "The only run failed");
   const TemporaryFolder folder;
   write_document(study_document({study}), folder.path(), {});
-  EXPECT_THAT(
-      folder.read("index.html"),
-      HasSubstr("The only run failed. It counts up to the step before, and it can be replayed alone"));
+  EXPECT_THAT(folder.read("index.html"),
+              HasSubstr("The only run failed. It counts up to the step before. It can be replayed alone"));
 }
 
 TEST(StudyDocument, NamesWhatIsTooLarge) {
@@ -201,7 +200,7 @@ TEST(StudyDocument, NamesTheFirstFailuresAndCountsTheRest) {
   const TemporaryFolder folder;
   write_document(study_document({study}), folder.path(), {});
   const std::string page = folder.read("index.html");
-  EXPECT_THAT(page, HasSubstr("23 of 20 runs failed. They count up to the step before, and each can be"));
+  EXPECT_THAT(page, HasSubstr("23 of 20 runs failed. They count up to the step before. Each can be"));
   EXPECT_THAT(page, HasSubstr("run 19 at step 3: diverged"));
   EXPECT_THAT(page, Not(HasSubstr("run 20 at step 3")));
   EXPECT_THAT(page, HasSubstr("and 3 more"));
