@@ -108,15 +108,15 @@ void time_evidence(const Scenario& scenario, const Experiment& experiment, Pilot
   timing.evidence_seconds_per_run = std::max(0.0, seconds - timing.seconds_per_run);
 }
 
-// T_eff of a linear filter, unless its T² n³ operations take too long.
-std::optional<double> exact_effective_steps(const Experiment& experiment) {
+// Of a linear filter that is consistent, unless its T n³ operations take too long.
+std::optional<RunMeanLaw> exact_run_law(const Experiment& experiment) {
   const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment);
   if (linear == nullptr || linear->filter_steps().empty()) return std::nullopt;
   const auto& steps = linear->filter_steps();
   const double n = static_cast<double>(steps.front().P.rows());
   const double count = static_cast<double>(steps.size());
-  constexpr double kMostOperations = 1e9;
-  if (count * count * n * n * n > kMostOperations || !steps.back().ok) return std::nullopt;
+  constexpr double kMostOperations = 1e8;
+  if (count * n * n * n > kMostOperations || !steps.back().ok) return std::nullopt;
   const std::vector<LinearModel>& models = linear->true_models();
   if (!knows_dynamics(std::span(models), linear->assumed_models())) return std::nullopt;
   std::vector<Matrix> transitions, covariances;
@@ -125,7 +125,7 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
     transitions.emplace_back((Matrix::Identity(step.P.rows(), step.P.rows()) - step.K * model.H) * model.F);
     covariances.push_back(step.P);
   }
-  return linear_effective_steps(transitions, covariances);
+  return linear_run_law(transitions, covariances);
 }
 
 // T_eff of runs played alone, of those that end well.
@@ -251,9 +251,13 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   plan.nees.design = observed_design(pilot.statistics, Quantity::nees, scenario.study.confidence);
   plan.nis.design = observed_design(pilot.statistics, Quantity::nis, scenario.study.confidence);
   plan.nis.design.white = true;
-  if (const auto exact = exact_effective_steps(experiment)) {
+  constexpr std::int64_t kRunsForSkewness = 1000;
+  const SkewedMoments& runs = pilot.statistics.nees_of_runs.moments;
+  if (runs.count >= kRunsForSkewness) plan.nees.design.run_skewness = sample_skewness(runs);
+  if (const auto exact = exact_run_law(experiment)) {
     plan.correlation = CorrelationSource::exact_law;
-    plan.nees.design.effective_steps = *exact;
+    plan.nees.design.effective_steps = exact->effective_steps;
+    plan.nees.design.run_skewness = exact->skewness;
   } else if (const auto measured = pilot.statistics.failures.empty()
                                        ? pilot_effective_steps(pilot.statistics)
                                        : played_effective_steps(experiment, scenario.study.steps)) {
@@ -261,9 +265,6 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
     plan.nees.design.effective_steps = *measured;
   }
   constexpr int kSimulatedStudies = 1000;  // a standard error of 1.3 points at a power of 0.8
-  constexpr std::int64_t kRunsForSkewness = 1000;
-  const SkewedMoments& runs = pilot.statistics.nees_of_runs.moments;
-  if (runs.count >= kRunsForSkewness) plan.nees.design.run_skewness = sample_skewness(runs);
   plan.nees.design.effective_steps =
       std::clamp(plan.nees.design.effective_steps, 1.0, plan.nees.design.steps);
   plan.nees.design.least_dof = static_cast<double>(pilot.statistics.nees_of_runs.least_dof);

@@ -28,7 +28,7 @@ struct PlanQuestion {
 
 /// How the correlation of NEES between steps became known.
 enum class CorrelationSource {
-  exact_law,   ///< of a linear filter (linear_effective_steps)
+  exact_law,   ///< of a linear filter (linear_run_law)
   pilot,       ///< measured on the runs of the pilot
   worst_case,  ///< not known: all steps taken as one
 };

@@ -197,7 +197,8 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "Kolmogorov-Smirnov looks at the body of the law, Anderson-Darling at its tails."},
     {"power", "", "how often a test finds a mistake of a certain size",
      "A verdict of consistent says no more than its power: “these runs would have revealed P too small by 25 "
-     "%” means in nine of ten studies like this one.",
+     "%” means in nine of ten studies like this one, if the true covariance were 1.25 times P; too large by "
+     "25 %, if P were 1.25 times the true one.",
      true},
     {"baseline", "baselines|worse", "the result of an earlier check that a new one is compared with",
      "check --baseline fails where the verdict has become worse, or a factor on P is farther from 1 than it "

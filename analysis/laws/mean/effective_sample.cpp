@@ -80,33 +80,32 @@ std::size_t long_enough(const std::vector<std::size_t>& lengths, double shortest
 
 }  // namespace
 
-double linear_effective_steps(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
+RunMeanLaw linear_run_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
   const std::size_t steps = covariances.size();
   if (transitions.size() != steps || steps == 0) {
     throw std::invalid_argument(
         fmt::format("{} transitions and {} covariances: as many of each", transitions.size(), steps));
   }
-  std::vector<Matrix> W;
-  double total = 0.0;
-  for (const Matrix& P : covariances) {
-    if (!is_psd(P)) throw std::invalid_argument("a covariance is not finite or not positive semidefinite");
-    W.push_back(psd_whitening(P));
-    total += static_cast<double>(W.back().rows());
-  }
-
-  Matrix norms = Matrix::Zero(static_cast<Index>(steps), static_cast<Index>(steps));
+  // Σ_{k<l} Φ_lk P_k Φ_lkᵀ and the same with a weight of l − k, Φ_lk = A_l … A_{k+1}.
+  const Index n = covariances.front().rows();
+  Matrix reached = Matrix::Zero(n, n), weighted = Matrix::Zero(n, n);
+  double dof = 0.0, pairs = 0.0, weighted_pairs = 0.0;
   for (std::size_t l = 0; l < steps; ++l) {
-    const Index col = static_cast<Index>(l);
-    norms(col, col) = static_cast<double>(W[l].rows());
-    Matrix propagated = covariances[l] * W[l].transpose();
-    for (std::size_t k = l + 1; k < steps; ++k) {
-      propagated = (transitions[k] * propagated).eval();
-      const Matrix block = W[k] * propagated;
-      const Index row = static_cast<Index>(k);
-      norms(row, col) = norms(col, row) = block.squaredNorm();
+    const Matrix& P = covariances[l];
+    if (!is_psd(P)) throw std::invalid_argument("a covariance is not finite or not positive semidefinite");
+    const Matrix W = psd_whitening(P);
+    dof += static_cast<double>(W.rows());
+    if (l > 0) {
+      const Matrix& A = transitions[l];
+      reached = (A * (reached + covariances[l - 1]) * A.transpose()).eval();
+      weighted = (A * weighted * A.transpose() + reached).eval();
+      pairs += (W * reached * W.transpose()).trace();
+      weighted_pairs += (W * weighted * W.transpose()).trace();
     }
   }
-  return static_cast<double>(steps) * 2.0 * total / (2.0 * norms.sum());
+  const double variance = 2.0 * dof + 4.0 * pairs;
+  return {.effective_steps = static_cast<double>(steps) * 2.0 * dof / variance,
+          .skewness = (8.0 * dof + 48.0 * weighted_pairs) / std::pow(variance, 1.5)};
 }
 
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean) {

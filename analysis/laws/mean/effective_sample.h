@@ -20,14 +20,21 @@
 
 namespace credence::internal {
 
-/// Independent steps with the same variance of the average NEES, T · 2 Σ n_k / Var(Σ_k ε_k), by the exact law
-/// of a linear filter whose error moves as e_k = A_k e_{k−1} + noise with covariance P_k: C_kl = W_k A_k …
-/// A_{l+1} P_l W_lᵀ with W_k P_k W_kᵀ = I on the range of P_k.
+/// The law of the average NEES of a run.
+struct RunMeanLaw {
+  double effective_steps = 0.0;  ///< independent steps with the same variance, T · 2 Σ n_k / Var(Σ_k ε_k)
+  double skewness = 0.0;
+};
+
+/// The exact one of a linear filter whose error moves as e_k = A_k e_{k−1} + noise with covariance P_k: C_kl
+/// = W_k A_k … A_{l+1} P_l W_lᵀ with W_k P_k W_kᵀ = I on the range of P_k. As the error is a Markov process,
+/// of the third cumulant 8 Σ_jkl tr(C_jk C_kl C_lj) each term with j ≤ k ≤ l is ‖C_lj‖², whatever k: the
+/// cumulants are 2 Σ_k n_k + 4 Σ_{k<l} ‖C_lk‖² and 8 Σ_k n_k + 48 Σ_{k<l} (l − k) ‖C_lk‖².
 ///
 /// transitions[k] = A_k = (I − K_k H) F (transitions[0] is not used), covariances[k] = P_k. For a consistent
-/// filter P_k is both the claimed and the true covariance. Cost T² n³. Throws std::invalid_argument for sizes
+/// filter P_k is both the claimed and the true covariance. Cost T n³. Throws std::invalid_argument for sizes
 /// that differ or a P that is not positive semidefinite.
-double linear_effective_steps(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
+RunMeanLaw linear_run_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
 
 /// The integrated autocorrelation time of a series with known mean, in steps, and what follows from it.
 struct EffectiveSample {

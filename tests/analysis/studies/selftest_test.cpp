@@ -48,7 +48,7 @@ TEST(Selftest, NaiveTimeSumIsWrongByMuch) {
   const SyntheticFilter filter({});
   const double independent = 4.0 * SyntheticFilter::kSteps;
   const double variance = independent * SyntheticFilter::kSteps /
-                          linear_effective_steps(filter.transitions(), filter.covariances());
+                          linear_run_law(filter.transitions(), filter.covariances()).effective_steps;
   EXPECT_GT(variance / independent, 10.0);
   const Evidence e = synthetic_evidence(filter, NoiseSource(3, 8), 0, 1280);
   const double dof = SyntheticFilter::kStateDof * SyntheticFilter::kSteps;

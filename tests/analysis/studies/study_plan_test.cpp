@@ -48,7 +48,7 @@ TEST(StudyPlan, PlannedRunsHaveThePlannedPower) {
   constexpr int kStudies = 300;
   const SyntheticFilter filter({});
   VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0};
-  design.effective_steps = linear_effective_steps(filter.transitions(), filter.covariances());
+  design.effective_steps = linear_run_law(filter.transitions(), filter.covariances()).effective_steps;
   VerdictDesign white = design;
   white.white = true;
   design = simulated(design, 1000);

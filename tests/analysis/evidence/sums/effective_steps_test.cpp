@@ -35,7 +35,8 @@ TEST(EffectiveSteps, AgreeWithTheExactLaw) {
   const std::vector<Matrix> transitions(kLength, kMemory * Matrix::Identity(2, 2));
   const std::vector<Matrix> covariances(kLength, Matrix::Identity(2, 2));
   // The variance of a variance of sums with this tail: √(4/20000), and five of them.
-  EXPECT_NEAR(measured_effective_steps(runs) / linear_effective_steps(transitions, covariances), 1.0, 0.07);
+  EXPECT_NEAR(measured_effective_steps(runs) / linear_run_law(transitions, covariances).effective_steps, 1.0,
+              0.07);
 }
 
 TEST(EffectiveSteps, RunsAreOfOneLength) {

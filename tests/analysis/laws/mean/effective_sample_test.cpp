@@ -14,6 +14,7 @@
 #include "analysis/laws/chi_square/chi_square.h"
 #include "analysis/laws/mean/student_positive_mean.h"
 #include "analysis/laws/ten_stretches.h"
+#include "core/linear_algebra/psd_root.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence::internal {
@@ -23,7 +24,7 @@ namespace {
 double autoregressive_steps(Index dim, std::size_t steps, double phi) {
   const std::vector<Matrix> transitions(steps, phi * Matrix::Identity(dim, dim));
   const std::vector<Matrix> covariances(steps, Matrix::Identity(dim, dim));
-  return linear_effective_steps(transitions, covariances);
+  return linear_run_law(transitions, covariances).effective_steps;
 }
 
 TEST(EffectiveSample, LinearLawOfAnAutoregression) {
@@ -35,6 +36,43 @@ TEST(EffectiveSample, LinearLawOfAnAutoregression) {
   EXPECT_NEAR(autoregressive_steps(2, 5, 0.8), 5.0 * 20.0 / variance, 1e-12);
 }
 
+// Cumulants of zᵀ z, z ~ N(0, C): κ_j = 2^{j−1} (j − 1)! tr Cʲ, C all covariances of whitened errors at once.
+TEST(EffectiveSample, LinearLawHasTheCumulantsOfTheQuadraticForm) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  constexpr Index kDim = 3, kSteps = 7;
+  std::vector<Matrix> transitions, covariances;
+  for (Index k = 0; k < kSteps; ++k) {
+    const Matrix A = Matrix::NullaryExpr(kDim, kDim, [&] { return 0.6 * normal(random); });
+    const Matrix root = Matrix::NullaryExpr(kDim, k == 0 ? 1 : 2, [&] { return normal(random); });
+    transitions.push_back(A);
+    covariances.push_back(root * root.transpose());
+    if (k > 0) covariances.back() += A * covariances[static_cast<std::size_t>(k - 1)] * A.transpose();
+  }
+  Matrix joint = Matrix::Zero(kDim * kSteps, kDim * kSteps);
+  for (Index k = 0; k < kSteps; ++k) {
+    Matrix reached = covariances[static_cast<std::size_t>(k)];
+    for (Index l = k; l < kSteps; ++l) {
+      if (l > k) reached = (transitions[static_cast<std::size_t>(l)] * reached).eval();
+      joint.block(l * kDim, k * kDim, kDim, kDim) = reached;
+      joint.block(k * kDim, l * kDim, kDim, kDim) = reached.transpose();
+    }
+  }
+  Matrix weight = Matrix::Zero(kDim * kSteps, kDim * kSteps);
+  double dof = 0.0;
+  for (Index k = 0; k < kSteps; ++k) {
+    const Matrix W = psd_whitening(covariances[static_cast<std::size_t>(k)]);
+    dof += static_cast<double>(W.rows());
+    weight.block(k * kDim, k * kDim, kDim, kDim) = W.transpose() * W;
+  }
+  EXPECT_EQ(dof, 1.0 + 3.0 * (kSteps - 1));
+  const Matrix C = joint * weight;
+  const double variance = 2.0 * (C * C).trace(), third = 8.0 * (C * C * C).trace();
+  const RunMeanLaw law = linear_run_law(transitions, covariances);
+  EXPECT_NEAR(law.effective_steps, kSteps * 2.0 * dof / variance, 1e-9);
+  EXPECT_NEAR(law.skewness, third / std::pow(variance, 1.5), 1e-9);
+}
+
 TEST(EffectiveSample, LimitsOfTheLinearLaw) {
   EXPECT_NEAR(autoregressive_steps(3, 20, 0.0), 20.0, 1e-12);
   EXPECT_NEAR(autoregressive_steps(3, 20, 1.0), 1.0, 1e-9);
@@ -43,13 +81,11 @@ TEST(EffectiveSample, LimitsOfTheLinearLaw) {
 TEST(EffectiveSample, KnownStatesHaveNoPartInTheLaw) {
   Matrix P = Matrix::Identity(2, 2);
   P(0, 0) = 0.0;
-  EXPECT_NEAR(
-      linear_effective_steps(std::vector<Matrix>(4, 0.5 * Matrix::Identity(2, 2)), std::vector<Matrix>(4, P)),
-      autoregressive_steps(1, 4, 0.5), 1e-12);
-  EXPECT_THROW(linear_effective_steps(std::vector<Matrix>(3, P), std::vector<Matrix>(4, P)),
-               std::invalid_argument);
-  EXPECT_THROW(linear_effective_steps(std::vector<Matrix>(1, P), std::vector<Matrix>(1, -P)),
-               std::invalid_argument);
+  EXPECT_NEAR(linear_run_law(std::vector<Matrix>(4, 0.5 * Matrix::Identity(2, 2)), std::vector<Matrix>(4, P))
+                  .effective_steps,
+              autoregressive_steps(1, 4, 0.5), 1e-12);
+  EXPECT_THROW(linear_run_law(std::vector<Matrix>(3, P), std::vector<Matrix>(4, P)), std::invalid_argument);
+  EXPECT_THROW(linear_run_law(std::vector<Matrix>(1, P), std::vector<Matrix>(1, -P)), std::invalid_argument);
 }
 
 // NEES of M runs of an autoregressive error of the given dimension, one run in each row.
