@@ -52,8 +52,10 @@ Ranks* open_ranks() {
     }
     if (const char* error = dlerror(); error != nullptr && (why.empty() || fs::exists(file))) why = error;
   }
-  throw std::runtime_error(
-      fmt::format("{} processes were started together, and MPI cannot be used: {}", launched_count(), why));
+  throw std::runtime_error(fmt::format(
+      "{} processes were started together, and MPI cannot be used (its part of Credence is the Debian "
+      "package credence-mpi; a build has it where libopenmpi-dev is installed): {}",
+      launched_count(), why));
 }
 
 void silence() {

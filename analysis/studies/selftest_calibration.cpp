@@ -163,8 +163,7 @@ void calibrate_comparisons(const SelftestOptions& options, SelftestWorkers& work
     std::vector<std::vector<TestResult>> all(static_cast<std::size_t>(studies));
     workers.for_each(
         studies, [&](std::int64_t i) { all[static_cast<std::size_t>(i)] = tests(i); }, all);
-    if (workers.stopped()) return;
-    add_rows(all, "", result);
+    if (!workers.stopped()) add_rows(all, "", result);  // a helper has the other parts before it
   }
 }
 

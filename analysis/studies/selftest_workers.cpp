@@ -10,7 +10,8 @@ namespace credence::internal {
 void SelftestWorkers::for_each(const Items& items) {
   SharedTasks tasks;
   tasks.count = items.count;
-  tasks.identity = fmt::format("selftest {} {} {}", version_text(), options_.seed, options_.studies);
+  tasks.identity =
+      fmt::format("selftest {} {} {}, part {}", version_text(), options_.seed, options_.studies, part_++);
   tasks.here = [&](std::int64_t i) {
     items.work(i);
     tell_progress();

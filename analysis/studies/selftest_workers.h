@@ -59,6 +59,7 @@ class SelftestWorkers {
   const SelftestOptions& options_;
   std::mutex mutex_;
   std::int64_t done_ = 0, total_;
+  int part_ = 0;  ///< calls of for_each, so that ranks that are not at the same one are refused
 };
 
 /// Whether a test rejects; a p-value of NaN never does.

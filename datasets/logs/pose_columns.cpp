@@ -94,6 +94,14 @@ class NamedColumns {
   std::vector<std::string> words_;
 };
 
+/// "mm" of "x [mm]" and "x (mm)"; "" where nothing is told.
+std::string unit_of(std::string_view field) {
+  const std::size_t begin = field.find_first_of("[(");
+  if (begin == std::string_view::npos) return {};
+  const std::string_view inside = field.substr(begin + 1);
+  return std::string(trim_blanks(inside.substr(0, inside.find_first_of("])"))));
+}
+
 /// Of the unit that a header tells behind the name of a time.
 double seconds_per_unit(std::string_view field) {
   for (const auto& [unit, seconds] : {std::pair{"ns", 1e-9}, std::pair{"us", 1e-6}, std::pair{"ms", 1e-3}}) {
@@ -136,6 +144,7 @@ std::optional<PoseColumns> named(std::string_view header, bool with_covariance) 
     const auto place = axis_of({"position_", "pos_", "translation_", "t", "t_", "p", "p_"}, axis, true);
     if (!place) return std::nullopt;
     columns.position[i] = *place;
+    columns.position_units[i] = unit_of(names.field(*place));
   }
   columns.has_orientation = turns > 0;
   if (turns > 0 && turns < 4) return std::nullopt;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct PoseColumns {
   std::optional<std::size_t> nanoseconds{};  ///< beside whole seconds
   double seconds_per_unit = 1.0;
   std::array<std::size_t, 3> position{1, 2, 3};
+  std::array<std::string, 3> position_units{};         ///< "mm" of "x [mm]"; "" where the header tells none
   std::array<std::size_t, 4> orientation{4, 5, 6, 7};  ///< x y z w
   bool has_orientation = true;  ///< false: positions alone, as of a prism or an antenna
   std::vector<std::size_t> position_covariance{}, orientation_covariance{};  ///< upper triangles

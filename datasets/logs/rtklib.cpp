@@ -180,6 +180,15 @@ void require_one_time_system(const GnssSolution& log, const GnssSolution& truth)
                               truth.time_system, log.file.string(), log.time_system));
 }
 
+/// "1692 10.000 to 1692 11.000".
+std::string times_of(const GnssSolution& solution) {
+  const auto text = [](double time_s) {
+    const double week = std::floor(time_s / kWeek_s);
+    return fmt::format("{} {:.3f}", week, time_s - week * kWeek_s);
+  };
+  return text(solution.fixes.front().time_s) + " to " + text(solution.fixes.back().time_s);
+}
+
 void read_solution(const std::filesystem::path& file, const LogReading& options, LogSink& sink) {
   if (options.truth.empty()) {
     throw std::invalid_argument(fmt::format(
@@ -230,10 +239,12 @@ void read_solution(const std::filesystem::path& file, const LogReading& options,
     sink.add(step);
   }
   if (step.step == 0) {
-    throw DataError(file, "",
-                    fmt::format("no row has a truth at its time in {}, within {} s (--max-time-difference, "
-                                "--truth-time nearest)",
-                                truth.file.string(), options.matching.max_time_difference_s));
+    throw DataError(
+        file, "",
+        fmt::format("no row has a truth at its time in {}: estimates from {}, truth from {} (week "
+                    "and seconds), within {} s (--max-time-difference, --truth-time nearest)",
+                    truth.file.string(), times_of(log), times_of(truth),
+                    options.matching.max_time_difference_s));
   }
   sink.unmatched(unmatched);
   if (std::ranges::any_of(truth.fixes, [](const GnssFix& fix) { return !fix.covariance.isZero(0.0); })) {

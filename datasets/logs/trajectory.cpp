@@ -1,11 +1,13 @@
 #include "datasets/logs/trajectory.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "core/linear_algebra/symmetry.h"
 #include "core/trim_blanks.h"
@@ -23,8 +25,8 @@ constexpr std::size_t kWithoutCovariance = 8;  ///< columns of a pose at a time
 /// Appends the rows of a file whose columns are known.
 class PoseRows {
  public:
-  PoseRows(LineReader& lines, const PoseColumns& columns, Trajectory& out)
-      : lines_(lines), columns_(columns), out_(out) {}
+  PoseRows(LineReader& lines, const PoseColumns& columns, double metres_per_unit, Trajectory& out)
+      : lines_(lines), columns_(columns), metres_per_unit_(metres_per_unit), out_(out) {}
 
   void add(std::string_view line) {
     fields_ = columns_.commas ? comma_fields(line) : words_between(" \t", line);
@@ -47,7 +49,8 @@ class PoseRows {
                               out_.time_s.back()));
     }
     SpatialPose pose;
-    for (std::size_t i = 0; i < 3; ++i) pose.position[static_cast<Index>(i)] = number(columns_.position[i]);
+    for (std::size_t i = 0; i < 3; ++i)
+      pose.position[static_cast<Index>(i)] = metres_per_unit_ * number(columns_.position[i]);
     if (columns_.has_orientation) pose.orientation = orientation();
     out_.time_s.push_back(time);
     out_.lines.push_back(lines_.line_number());
@@ -136,6 +139,7 @@ class PoseRows {
 
   LineReader& lines_;
   const PoseColumns& columns_;
+  double metres_per_unit_;
   Trajectory& out_;
   std::vector<std::string_view> fields_;
 };
@@ -176,6 +180,22 @@ PoseColumns named_columns(const LineReader& lines, std::string_view line, bool w
   return columns;
 }
 
+/// Metres of the unit that a header tells of positions; a covariance has to be of metres.
+double metres_per_unit(const LineReader& lines, const PoseColumns& columns) {
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"", 1.0}, {"m", 1.0}, {"mm", 1e-3}, {"cm", 1e-2}, {"km", 1e3}};
+  const std::string& unit = columns.position_units.front();
+  const auto found = std::ranges::find(kUnits, unit, &std::pair<std::string_view, double>::first);
+  const bool with_covariance = !columns.joint_covariance.empty();
+  if (std::ranges::count(columns.position_units, unit) != std::ssize(columns.position_units) ||
+      found == std::end(kUnits) || (with_covariance && found->second != 1.0)) {
+    lines.fail(fmt::format(
+        "positions in [{}]: accepted is [m]{}", fmt::join(columns.position_units, "], ["),
+        with_covariance ? ", with a covariance in m² and rad²" : ", or of all three [mm], [cm] or [km]"));
+  }
+  return found->second;
+}
+
 bool is_comment(std::string_view line) { return line.empty() || line.starts_with('#'); }
 
 /// Reads the rows that follow, `first` before them if it is none of comments.
@@ -185,7 +205,7 @@ Trajectory read_rows(LineReader& lines, const PoseColumns& columns, std::optiona
   out.file = lines.file();
   out.joint_covariance = !columns.joint_covariance.empty();
   out.has_orientation = columns.has_orientation;
-  PoseRows rows(lines, columns, out);
+  PoseRows rows(lines, columns, metres_per_unit(lines, columns), out);
   try {
     if (first && !is_comment(trim_blanks(*first))) rows.add(*first);
     std::string_view line;

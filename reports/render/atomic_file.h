@@ -1,19 +1,14 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string_view>
+
+#include "reports/render/output_error.h"
 
 /// @file
 /// Output files appear whole or not at all.
 
 namespace credence::internal {
-
-/// An output file cannot be written; the message names the path and the reason.
-class OutputError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// A file written beside its target and renamed onto it by commit(); without commit() the target keeps what
 /// it had. A target that exists must be a regular file (or a link to one). Every failure throws OutputError.

@@ -45,7 +45,9 @@ TEST_F(LaunchedRanks, SeveralThatCannotBeJoinedAreAnError) {
     EXPECT_EQ(f.code, 2) << environment;
     EXPECT_EQ(f.out, "") << environment;
     EXPECT_THAT(f.err, ::testing::StartsWith(
-                           "credence: 3 processes were started together, and MPI cannot be used: " +
+                           "credence: 3 processes were started together, and MPI cannot be used (its part of "
+                           "Credence is the Debian "
+                           "package credence-mpi; a build has it where libopenmpi-dev is installed): " +
                            (fs::canonical(folder_.path()) / "elsewhere/libcredence_mpi.so").string() + ": "))
         << environment;
   }

@@ -20,7 +20,7 @@ struct LoneOutliers {
 
 /// Of NEES / dof of the rows of each run, dof the same in all. Nothing where they are more than one in
 /// twenty, where one in five has a neighbour beyond as well, or where most are in the first tenth of their
-/// run, as those of a P0 that is too small.
+/// run, at its first row or beside another that is larger than 99 in 100, as those of a P0 that is too small.
 std::optional<LoneOutliers> find_lone_outliers(std::span<const std::vector<double>> runs, double dof);
 
 }  // namespace credence::internal

@@ -76,19 +76,28 @@ bool scale_is_within(const ChiSquareBounds& scale, double tolerance) {
   return scale.lower >= 1.0 / (1.0 + tolerance) && scale.upper <= 1.0 + tolerance;
 }
 
+/// Of the bets that NEES is too small, which are of the law of χ².
+double log_pessimistic(const StudyPrefix& prefix) {
+  return discounted(prefix.betting->log_pessimistic(), share_of_law(prefix.nees, prefix.nees_dof));
+}
+
+double log_e_of_bets(const StudyPrefix& prefix) {
+  return log_mean(prefix.betting->log_optimistic(), log_pessimistic(prefix));
+}
+
 /// ln of the e-value of NEES: of its steps, and half and half of the bets on whole runs where there are such.
 double log_e_of_nees(const StudyPrefix& prefix) {
   const double steps = log_e_nees(prefix.nees, prefix.nees_dof);
-  return prefix.betting == nullptr ? steps : log_mean(steps, prefix.betting->log_e_value());
+  return prefix.betting == nullptr ? steps : log_mean(steps, log_e_of_bets(prefix));
 }
 
 /// What NEES speaks for: the bets where they say more than the steps.
 Verdict direction_of_nees(const StudyPrefix& prefix) {
   const bool bets =
-      prefix.betting != nullptr && prefix.betting->log_e_value() > log_e_nees(prefix.nees, prefix.nees_dof);
+      prefix.betting != nullptr && log_e_of_bets(prefix) > log_e_nees(prefix.nees, prefix.nees_dof);
   if (!bets) return direction(prefix.nees, prefix.nees_dof);
-  return prefix.betting->log_optimistic() > prefix.betting->log_pessimistic() ? Verdict::optimistic
-                                                                              : Verdict::pessimistic;
+  return prefix.betting->log_optimistic() > log_pessimistic(prefix) ? Verdict::optimistic
+                                                                    : Verdict::pessimistic;
 }
 
 /// The interval of the mean NEES over the runs.

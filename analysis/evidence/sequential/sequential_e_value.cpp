@@ -63,36 +63,67 @@ void require_sizes(std::span<const Moments> per_step, std::span<const double> do
 // The sums at every step and over all of them, which is all that an e-value needs.
 struct Sums {
   std::vector<double> sum, dof;
+  std::vector<double> shares;  ///< of each step: the least of its own, where that is significant, and of all
   double total_sum = 0.0, total_dof = 0.0;
+  double share = 1.0;  ///< share_of_law
 };
+
+// The share of one step where its variance is beyond three standard errors of that of χ², else 1: what one
+// run adds to a sum is no evidence beyond it.
+double significant_share(const Moments& step, double total_dof) {
+  constexpr double kStandardErrors = 3.0;
+  if (step.count < 2 || !(total_dof > 0.0)) return 1.0;
+  const double n = static_cast<double>(step.count), dof = total_dof / n;
+  const double standard_error = std::sqrt((2.0 + 12.0 / dof) / n);  // relative, of kurtosis 3 + 12/d
+  const double of_law = 2.0 * step.mean * step.mean / dof, found = step.variance();
+  return std::isfinite(found) && found > of_law * (1.0 + kStandardErrors * standard_error) ? of_law / found
+                                                                                           : 1.0;
+}
 
 Sums collect(std::span<const Moments> per_step, std::span<const double> dofs) {
   require_sizes(per_step, dofs);
   Sums sums;
+  sums.share = share_of_law(per_step, dofs);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     const bool data = per_step[k].count > 0 && dofs[k] > 0.0;
     sums.sum.push_back(data ? static_cast<double>(per_step[k].count) * per_step[k].mean : 0.0);
     sums.dof.push_back(data ? dofs[k] : 0.0);
+    sums.shares.push_back(std::min(sums.share, significant_share(per_step[k], dofs[k])));
     sums.total_sum += sums.sum.back();
     sums.total_dof += sums.dof.back();
   }
   return sums;
 }
 
-// Of the steps, with all sums divided by `scale`: the evidence against the covariance scale · P.
-double log_e(const Sums& sums, double scale) {
+// Of the steps, with all sums divided by `scale`: the evidence against the covariance scale · P, that of each
+// step discounted by its share, or with none by χ² alone.
+double log_e(const Sums& sums, double scale, const std::vector<double>& shares = {}) {
   if (sums.sum.empty()) return 0.0;
   Mixture mixture;
   std::vector<double> logs;
   logs.reserve(sums.sum.size());
   for (std::size_t k = 0; k < sums.sum.size(); ++k) {
-    logs.push_back(mixture.log_e(sums.sum[k] / scale, sums.dof[k]));
+    const double by_law = mixture.log_e(sums.sum[k] / scale, sums.dof[k]);
+    logs.push_back(shares.empty() ? by_law : discounted(by_law, shares[k]));
     if (std::isnan(logs.back())) return kNaN;
   }
   return log_mean_exp(logs);
 }
 
 }  // namespace
+
+double share_of_law(std::span<const Moments> per_step, std::span<const double> total_dof_per_step) {
+  require_sizes(per_step, total_dof_per_step);
+  double of_law = 0.0, found = 0.0;
+  for (std::size_t k = 0; k < per_step.size(); ++k) {
+    const Moments& step = per_step[k];
+    if (step.count < 2 || !(total_dof_per_step[k] > 0.0)) continue;
+    const double dof = total_dof_per_step[k] / static_cast<double>(step.count);
+    of_law += 2.0 * step.mean * step.mean / dof;
+    found += step.variance();
+  }
+  return found > of_law && std::isfinite(found) ? of_law / found : 1.0;
+}
 
 double log_e_value(double sum, double dof) {
   if (!(std::isfinite(dof) && dof >= 0.0)) {
@@ -102,14 +133,16 @@ double log_e_value(double sum, double dof) {
 }
 
 double log_e_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step) {
-  return log_e(collect(per_step, total_dof_per_step), 1.0);
+  const Sums sums = collect(per_step, total_dof_per_step);
+  return log_e(sums, 1.0, sums.shares);
 }
 
 double log_e_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step) {
   const Sums sums = collect(per_step, total_dof_per_step);
-  const double steps = log_e(sums, 1.0);
+  const double steps = log_e(sums, 1.0, sums.shares);
   if (sums.sum.empty() || std::isnan(steps)) return steps;
-  return log_mean_exp(std::array{steps, Mixture().log_e(sums.total_sum, sums.total_dof)});
+  const double all = discounted(Mixture().log_e(sums.total_sum, sums.total_dof), sums.share);
+  return log_mean_exp(std::array{steps, all});
 }
 
 ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
@@ -123,7 +156,9 @@ ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
   // ln E is convex in 1/scale, so the factors not refuted are an interval around the least refuted one; its
   // end at 1/scale → 0 may not exist, as S = 0 has a bounded likelihood ratio.
   const double limit = -std::log(1.0 - confidence);
-  const auto excess = [&](double log_scale) { return log_e(sums, std::exp(log_scale)) - limit; };
+  const auto excess = [&](double log_scale) {
+    return discounted(log_e(sums, std::exp(log_scale)), sums.share) - limit;
+  };
   const double centre = std::log(sums.total_sum / sums.total_dof);
   double best = boost::math::tools::brent_find_minima(excess, centre - 5.0, centre + 5.0, 20).first;
   if (excess(best) > 0.0) {  // a step far from the others: each is fitted best by its own factor

@@ -45,6 +45,24 @@ auto scaled(std::vector<Index> states, double factor) {
   };
 }
 
+/// Of a state of `parts` parts of as many states each: P has the first state of each part, then the second of
+/// each, and so on, as x, vx, y, vy of x, y, vx, vy.
+StepReading interleaved(const RunLayout& layout, Index parts) {
+  const Index n = std::ssize(layout.states), size = n / parts;
+  std::vector<Index> place(static_cast<std::size_t>(n));  // in P, of each state
+  std::vector<std::string> order(static_cast<std::size_t>(n));
+  for (Index i = 0; i < n; ++i) {
+    const Index at = i % size * parts + i / size;
+    place[static_cast<std::size_t>(i)] = at;
+    order[static_cast<std::size_t>(at)] = layout.states[static_cast<std::size_t>(i)];
+  }
+  constexpr std::size_t kNamed = 6;
+  const bool more = order.size() > kNamed;
+  order.resize(std::min(order.size(), kNamed));
+  return {fmt::format("P is written in the order {}{}", fmt::join(order, ", "), more ? ", …" : ""),
+          [place = std::move(place)](Matrix& P) { P = Matrix(P(place, place)); }};
+}
+
 std::vector<StepReading> step_readings(const RunLayout& layout) {
   std::vector<StepReading> list = {
       {"P holds standard deviations, not variances (square them)",
@@ -64,6 +82,13 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
     add_degrees(layout.states[i], {static_cast<Index>(i)});
   }
   if (angles.size() > 1) add_degrees("all angles", angles);
+  // Position, velocity and acceleration, or the axes of a plane or of space.
+  constexpr Index kMostOfOne = 3;
+  const Index n = std::ssize(layout.states);
+  for (Index parts = 2; 2 * parts <= n; ++parts) {
+    if (n % parts == 0 && (parts <= kMostOfOne || n / parts <= kMostOfOne))
+      list.push_back(interleaved(layout, parts));
+  }
   // With P's cross-covariances. Of two parts either may be the turned one.
   constexpr std::size_t kMostTurned = 6;
   std::size_t turned = 0;

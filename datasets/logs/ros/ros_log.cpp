@@ -81,6 +81,11 @@ std::string listed(const std::vector<TopicSeen>& topics, Fits fits) {
   return text.empty() ? "none" : text;
 }
 
+/// "1 message has", "4 messages have".
+std::string counted_have(std::int64_t messages) {
+  return counted(messages, "message") + (messages == 1 ? " has" : " have");
+}
+
 /// "TOPIC" or, of transforms, "TOPIC:CHILD_FRAME".
 struct TopicChoice {
   std::string name, child_frame;
@@ -115,6 +120,7 @@ class PoseStream {
       if (used_++ == 0) first_s_ = pose.time_s;
       last_s_ = pose.time_s;
       frame_ = pose.frame;
+      if (seen.poses()->has_orientation && !pose.has_orientation) ++without_orientation_;
       take(pose, messages_);
     }
   }
@@ -130,6 +136,8 @@ class PoseStream {
     }
   }
 
+  /// Of those that were used.
+  std::int64_t without_orientation() const { return without_orientation_; }
   const std::string& frame() const { return frame_; }
   const std::set<std::string>& children() const { return children_; }
   double first_s() const { return first_s_; }
@@ -139,7 +147,7 @@ class PoseStream {
   std::string topic_, child_frame_, frame_;
   std::set<std::string> children_;
   std::vector<RosPose> poses_;
-  std::int64_t messages_ = 0, used_ = 0, not_later_ = 0, not_finite_ = 0;
+  std::int64_t messages_ = 0, used_ = 0, not_later_ = 0, not_finite_ = 0, without_orientation_ = 0;
   double first_s_ = 0.0, last_s_ = 0.0;
 };
 
@@ -153,7 +161,6 @@ class TruthBuilder {
   void add(const RosPoseType& type, const RosPose& pose, std::int64_t message) {
     type_ = &type;
     if (trajectory_.time_s.empty()) {
-      trajectory_.has_orientation = type.has_orientation;
       trajectory_.axes = kFixedAxes;
       origin_ = pose.pose.position;
     }
@@ -161,6 +168,7 @@ class TruthBuilder {
     if (type.geodetic) {
       place.position = east_north_up(origin_) * (earth_fixed(place.position) - earth_fixed(origin_));
     }
+    oriented_.push_back(pose.has_orientation);
     trajectory_.time_s.push_back(pose.time_s);
     trajectory_.lines.push_back(message);
     trajectory_.poses.push_back(place);
@@ -175,17 +183,35 @@ class TruthBuilder {
     trajectory_.covariances.push_back(P);
   }
 
+  /// Of positions alone where none has an orientation, else without those that have none.
   Trajectory take(const std::filesystem::path& file) {
     trajectory_.file = file;
     if (!with_covariance_) trajectory_.covariances.clear();
+    trajectory_.has_orientation = std::ranges::find(oriented_, true) != oriented_.end();
+    if (trajectory_.has_orientation) {
+      keep_oriented(trajectory_.time_s);
+      keep_oriented(trajectory_.lines);
+      keep_oriented(trajectory_.poses);
+      keep_oriented(trajectory_.covariances);
+    }
     return std::move(trajectory_);
   }
 
  private:
+  template <class T>
+  void keep_oriented(std::vector<T>& rows) const {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (oriented_[i]) rows[kept++] = rows[i];
+    }
+    rows.resize(kept);
+  }
+
   const RosPoseType* type_ = nullptr;
   Trajectory trajectory_;
   CovarianceSentinels sentinels_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::vector<bool> oriented_;  ///< of each pose
   bool with_covariance_ = false;
 };
 
@@ -219,6 +245,9 @@ class RosLog {
 
  private:
   PoseChart chart() const { return options_.chart.value_or(pose_chart_of(OrientationError::world)); }
+
+  /// Whether the error of a position and its P can be told without an orientation.
+  bool position_needs_no_turn() const { return !to_point_ && chart().axes.position == PositionError::world; }
 
   PosesWithTruth with_truth() {
     const auto truth =
@@ -306,6 +335,11 @@ class RosLog {
           options_.truth_topic, truth_choice_.name, fmt::join(truth_stream_.children(), ", ")));
     }
     truth_stream_.tell(sink_);
+    if (const std::int64_t none = truth_stream_.without_orientation(); none > 0) {
+      sink_.remark(fmt::format("{}: {} a quaternion of zeros, which is no orientation: {}.",
+                               options_.truth_topic, counted_have(none),
+                               truth.has_orientation ? "left out" : "positions alone are compared"));
+    }
     for (const TopicSeen& seen : topics_.all()) {
       // Every broadcaster of transforms has one of its own.
       const bool transforms = seen.poses() != nullptr && seen.poses()->several;
@@ -340,6 +374,9 @@ class RosLog {
     EstimateSample result{{pose.time_s, number, pose.pose, chart().position_first(*pose.covariance)}, {}};
     PoseEstimate& estimate = result.estimate;
     result.kept = sentinels.kept(estimate.covariance, pose.pose);
+    if (!pose.has_orientation) {
+      std::erase_if(result.kept, [&](Index i) { return i >= 3 || !position_needs_no_turn(); });
+    }
     if (!to_point_) return result;
     // What is not estimated would spread over the position.
     const PoseCovariance all = std::exchange(estimate.covariance, PoseCovariance::Zero());
@@ -433,6 +470,11 @@ class RosLog {
   void tell(const PoseStream& stream, const CovarianceSentinels& sentinels, std::int64_t without) {
     const std::string& name = estimate().topic.name;
     stream.tell(sink_);
+    if (const std::int64_t none = stream.without_orientation(); none > 0) {
+      sink_.remark(fmt::format("{}: {} a quaternion of zeros, which is no orientation: {} is judged there.",
+                               name, counted_have(none),
+                               position_needs_no_turn() ? "the position alone" : "nothing"));
+    }
     tell_publishers(estimate());
     for (std::string& sentence : sentinels.remarks(name)) sink_.remark(std::move(sentence));
     if (sentinels.planar() && chart().axes.orientation != OrientationError::planar) {

@@ -54,21 +54,24 @@ class MessageFields {
     return {x, y, z};
   }
 
-  Eigen::Quaterniond quaternion() {
+  /// Nothing for zeros.
+  std::optional<Eigen::Quaterniond> quaternion() {
     constexpr double kUnitTolerance = 0.01;
     const std::uint64_t begin = bytes_.position();
     const Eigen::Vector3d v = vector();
     const Eigen::Quaterniond q(take<double>(), v.x(), v.y(), v.z());
-    if (q.coeffs().isZero(0.0)) return Eigen::Quaterniond::Identity();
+    if (q.coeffs().isZero(0.0)) return std::nullopt;
     if (!(std::abs(q.norm() - 1.0) <= kUnitTolerance)) {
       bytes_.fail_at(begin, fmt::format("the quaternion has length {:.4g}, not 1", q.norm()));
     }
     return q.normalized();
   }
 
-  SpatialPose pose() {
-    const Eigen::Vector3d position = vector();
-    return {position, quaternion()};
+  void pose(RosPose& out) {
+    out.pose.position = vector();
+    const std::optional<Eigen::Quaterniond> orientation = quaternion();
+    out.has_orientation = orientation.has_value();
+    out.pose.orientation = orientation.value_or(Eigen::Quaterniond::Identity());
   }
 
   /// Row by row.
@@ -94,7 +97,7 @@ class MessageFields {
   void transform(double log_time_s, RosPose& out) {
     header(log_time_s, out);
     out.child_frame = text();
-    out.pose = pose();
+    pose(out);
   }
 
  private:
@@ -150,7 +153,7 @@ void read_ros_poses(const RosPoseType& type, RosTopic::Encoding encoding, double
   if (type.geodetic) return read_fix(fields, out);
   if (type.type == "nav_msgs/Odometry") out.child_frame = fields.text();
   if (type.has_orientation) {
-    out.pose = fields.pose();
+    fields.pose(out);
   } else {
     out.pose.position = fields.vector();
   }

@@ -21,6 +21,7 @@ struct RosPose {
   std::string child_frame;  ///< of Odometry and transforms, else ""
   /// NavSatFix: latitude (rad), longitude (rad) and altitude (m) in `position`; NaN without a fix.
   SpatialPose pose;
+  bool has_orientation = false;  ///< false also for a quaternion of zeros; `pose` has the identity then
   /// As the message holds it: 6×6, or 3×3 in its upper left corner for NavSatFix.
   std::optional<PoseCovariance> covariance{};
 };
@@ -38,8 +39,8 @@ struct RosPoseType {
 const RosPoseType* ros_pose_type(std::string_view type);
 
 /// The poses of a message of such a type. Throws DataError at the byte for a message that ends too early, and
-/// for a quaternion that is not of unit length (within 1 %; it is then normalised). All zeros, as many
-/// programs that know no orientation write, are the identity.
+/// for a quaternion that is not of unit length (within 1 %; it is then normalised). All zeros,
+/// as a message that nobody filled in has them, are no orientation.
 void read_ros_poses(const RosPoseType& type, RosTopic::Encoding encoding, double log_time_s,
                     const ByteCursor& message, std::vector<RosPose>& poses);
 

@@ -54,7 +54,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
 
   /// The world must have a layout().
   BatchExperiment(World world, MakeBatch make_batch, const PlugSettings& settings = {})
-      : internal::VisitedExperiment(internal::completed(world.layout()), settings.steps),
+      : internal::VisitedExperiment(layout_of(world), settings.steps),
         world_(std::move(world)),
         make_batch_(std::move(make_batch)),
         settings_(settings),
@@ -79,16 +79,31 @@ class BatchExperiment final : public internal::VisitedExperiment {
 
   RunTrace describe_world() const override { return {}; }
 
+  /// What the batch, or the world, said when it threw in this run; empty where it did not.
+  std::string said(std::int64_t run) const { return thrown_in(run).said; }
+
   /// What is wrong with the plug, as far as a few runs show; empty if nothing.
   std::vector<std::string> problems() const {
-    return internal::plug_problems(*this, [this](std::int64_t run) {
-      Side side(*this, run, 1);
-      side.play([](std::int64_t, const TraceStep&) {});
-      return side.thrown();
-    });
+    return internal::plug_problems(*this, [this](std::int64_t run) { return thrown_in(run); });
   }
 
  private:
+  static constexpr bool kShowsInnovations = requires(const Batch& batch, int lane) {
+    Vector(batch.innovation(lane));
+  };
+
+  static RunLayout layout_of(const World& world) {
+    RunLayout layout = internal::completed(world.layout());
+    if (!kShowsInnovations) layout.sensors.clear();  // nothing will be heard of them
+    return layout;
+  }
+
+  internal::PlugThrown thrown_in(std::int64_t run) const {
+    Side side(*this, run, 1);
+    side.play([](std::int64_t, const TraceStep&) {});
+    return side.thrown();
+  }
+
   /// One run in its lane.
   struct Lane {
     State truth;
@@ -230,7 +245,7 @@ class BatchExperiment final : public internal::VisitedExperiment {
         if (!batch_.good(i)) return Outcome::not_positive_definite;
       }
       std::vector<Innovation> innovations(e_.layout().sensors.size());
-      if constexpr (requires { Vector(batch_.innovation(i)); }) {
+      if constexpr (kShowsInnovations) {
         if (measured_[static_cast<std::size_t>(i)]) {
           innovations = {{batch_.innovation(i), batch_.innovation_covariance(i)}};
         }

@@ -19,6 +19,8 @@ namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kRunsLookedAt = 4;
+constexpr std::int64_t kStepsLookedAt = 400'000;  // of all runs
+constexpr std::size_t kStepsCompared = 10'000;
 
 /// Sentences, each kind once.
 class Problems {
@@ -145,8 +147,9 @@ void require_fit(const RunLayout& layout, const TraceStep& step) {
   for (std::size_t s = 0; s < step.innovations.size(); ++s) {
     const Innovation& innovation = step.innovations[s];
     const Index m = innovation.nu.size();
-    if (innovation.S.rows() == m && innovation.S.cols() == m && m <= layout.sensors[s].dim) continue;
-    if (m == 0) continue;
+    const Index piece = std::max<Index>(1, layout.sensors[s].piece);
+    const bool fits = m <= layout.sensors[s].dim && m % piece == 0;
+    if (m == 0 || (fits && innovation.S.rows() == m && innovation.S.cols() == m)) continue;
     throw PlugMisfit(fmt::format("an innovation of dimension {} with S of {}x{} does not fit a sensor of {}",
                                  m, innovation.S.rows(), innovation.S.cols(), layout.sensors[s].dim));
   }
@@ -156,17 +159,19 @@ namespace {
 
 /// Of those of the first runs that threw: run and step.
 void add_thrown(const std::vector<std::pair<std::int64_t, std::int64_t>>& threw,
-                const std::function<PlugThrown(std::int64_t run)>& thrown, Problems& problems) {
+                const std::function<PlugThrown(std::int64_t run)>& thrown, std::int64_t runs,
+                Problems& problems) {
   for (const auto& [run, step] : threw) {
     const PlugThrown what = thrown(run);
     if (what.misfit) {
       return problems.add("throws", fmt::format("run {} ends at step {}: {}", run, step, what.said));
     }
   }
-  const bool all_at_once = std::ssize(threw) == kRunsLookedAt &&
+  const bool all_at_once = std::ssize(threw) == runs &&
                            std::ranges::all_of(threw, [](const auto& end) { return end.second <= 1; });
   if (all_at_once) {
-    problems.add("throws", fmt::format("every run fails at the first step, run 0 with: {}", thrown(0).said));
+    problems.add("throws", fmt::format("all of the first {} runs fail at the first step, run 0 with: {}",
+                                       runs, thrown(0).said));
   }
 }
 
@@ -177,19 +182,23 @@ std::vector<std::string> plug_problems(const Experiment& experiment,
   Problems problems;
   std::vector<TraceStep> first;
   std::vector<std::pair<std::int64_t, std::int64_t>> threw;  // run and step
-  for (std::int64_t run = 0; run < kRunsLookedAt; ++run) {
+  std::int64_t steps = 0, runs = 0, of_first = 0;
+  for (; runs < kRunsLookedAt && steps < kStepsLookedAt; ++runs) {
+    const std::int64_t run = runs;
     experiment.visit(run, [&](const TraceStep& step) {
       if (step.outcome == Outcome::threw) threw.push_back({run, step.step});
       if (step.outcome != Outcome::ok) return;
-      if (run == 0) first.push_back(step);
+      ++steps;
+      if (run == 0 && first.size() < kStepsCompared) first.push_back(step);
       check_step(experiment.layout(), step, fmt::format("in run {} at step {}", run, step.step), problems);
     });
+    if (run == 0) of_first = steps;
   }
-  if (thrown) add_thrown(threw, thrown, problems);
-  std::size_t i = 0;
+  if (thrown) add_thrown(threw, thrown, runs, problems);
+  std::int64_t i = 0;
   experiment.visit(0, [&](const TraceStep& step) {
     if (step.outcome != Outcome::ok) return;
-    if (i < first.size() && !same_step(first[i], step)) {
+    if (i < std::ssize(first) && !same_step(first[static_cast<std::size_t>(i)], step)) {
       problems.add("bits",
                    fmt::format("run 0 is not the same twice, from step {} on: the world or the filter "
                                "draws random numbers of its own, or keeps something from run to run",
@@ -197,11 +206,11 @@ std::vector<std::string> plug_problems(const Experiment& experiment,
     }
     ++i;
   });
-  if (i != first.size()) {
+  if (i != of_first) {
     problems.add("bits",
                  fmt::format("run 0 is not the same twice: it has {} steps, and then {}: the world or the "
                              "filter draws random numbers of its own, or keeps something from run to run",
-                             first.size(), i));
+                             of_first, i));
   }
   return problems.take();
 }

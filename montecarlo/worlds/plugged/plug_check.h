@@ -35,10 +35,10 @@ void require_size(Index estimate, Index expected);
 /// Throws PlugMisfit for a state that the layout has not, or that is there twice.
 void require_states(const RunLayout& layout, const std::vector<Index>& states);
 
-/// Plays the first runs and tells, in sentences: a run that is not the same twice; a P or S that is not
-/// symmetric, a P that is not positive semidefinite, an S that is not positive definite; an error or
-/// innovation of an angle beyond half a turn; a filter that throws at once in every one of them, or a misfit
-/// at any step, with what was `thrown`.
+/// Plays the first runs, fewer of many steps, and tells, in sentences: a run that is not the same twice, of
+/// its first 10,000 steps; a P or S that is not symmetric, a P that is not positive semidefinite, an S that
+/// is not positive definite; an error or innovation of an angle beyond half a turn; a filter that throws at
+/// once in every one of them, or a misfit at any step, with what was `thrown`.
 std::vector<std::string> plug_problems(const Experiment& experiment,
                                        const std::function<PlugThrown(std::int64_t run)>& thrown = {});
 

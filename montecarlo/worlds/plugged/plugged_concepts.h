@@ -163,6 +163,42 @@ concept PluggedFilter = requires(Filter& filter, const Filter& shown, const Worl
 
 namespace credence::internal {
 
+/// What may be there is not seen where it is not const: then it would silently not be used.
+template <class World, class Filter>
+constexpr void require_const() {
+  using State = StateOf<World>;
+  constexpr bool kMinus = !requires(World & world, const State& x) { world.minus(x, x); }
+  || requires(const World& world, const State& x) { world.minus(x, x); };
+  static_assert(kMinus, "minus(a, b) of the world must be const: else it is not used");
+  constexpr bool kPlus = !requires(World & world, const State& x, const Vector& d) { world.plus(x, d); }
+  || requires(const World& world, const State& x, const Vector& d) { world.plus(x, d); };
+  static_assert(kPlus, "plus(x, d) of the world must be const: else it is not used");
+  constexpr bool kInput = !requires(World & world, const State& x, std::int64_t k, NoiseDraw& noise) {
+    world.input(x, k, noise);
+  }
+  || HasInput<World>;
+  static_assert(kInput, "input(x, k, noise) of the world must be const: else it is not used");
+  constexpr bool kTimeStep = !requires(World & world) { world.dt(); }
+  || HasTimeStep<World>;
+  static_assert(kTimeStep, "dt() of the world must be const and give a number: else it is not used");
+  constexpr bool kLayout = !requires(World & world) { world.layout(); }
+  || requires(const World& world) { RunLayout(world.layout()); };
+  static_assert(kLayout, "layout() of the world must be const and give a RunLayout: else it is not used");
+  constexpr bool kInnovations = !requires(Filter & filter) { filter.innovations(); }
+  || requires(const Filter& filter) { filter.innovations(); };
+  static_assert(kInnovations, "innovations() of the filter must be const: else it is not used");
+  constexpr bool kInnovation = !requires(Filter & filter) { filter.innovation(); }
+  || requires(const Filter& filter) {
+    filter.innovation();
+    filter.innovation_covariance();
+  };
+  static_assert(kInnovation,
+                "innovation() of the filter needs innovation_covariance() beside it, and both must be const");
+  constexpr bool kStates = !requires(Filter & filter) { filter.states(); }
+  || requires(const Filter& filter) { filter.states(); };
+  static_assert(kStates, "states() of the filter must be const: else it is not used");
+}
+
 /// Says in a sentence what a world or a filter lacks, where a concept says only that it is not satisfied.
 template <class World, class Filter>
 constexpr void require_plug() {
@@ -172,6 +208,7 @@ constexpr void require_plug() {
   };
   static_assert(kPrior, "the world needs prior() const, which gives {mean, covariance}");
   if constexpr (kPrior) {
+    require_const<World, Filter>();
     using State = StateOf<World>;
     constexpr bool kInitial = requires(const World& world, NoiseDraw& noise) {
       { world.initial(noise) } -> std::convertible_to<State>;

@@ -234,7 +234,10 @@ class PluggedExperiment final : public internal::VisitedExperiment {
 
     template <class Measurement>
     bool update(const Measurement& z) {
-      if constexpr (std::is_convertible_v<decltype(filter_.update(z)), bool>) {
+      using Told = decltype(filter_.update(z));
+      static_assert(std::is_same_v<Told, bool> || !std::is_convertible_v<Told, bool>,
+                    "update(z) of the filter must give a bool, false where it fails, or nothing");
+      if constexpr (std::is_same_v<Told, bool>) {
         return filter_.update(z);
       } else {
         filter_.update(z);
@@ -276,33 +279,54 @@ class PluggedExperiment final : public internal::VisitedExperiment {
       std::vector<std::string> names;
       const Index n = internal::state_minus(world, prior.mean, prior.mean).size();
       for (Index i = 1; i <= n; ++i) names.emplace_back("x").append(std::to_string(i));
-      return internal::model_layout(names, first_sensors(world, make_filter(), source));
+      return internal::model_layout(names, first_sensors(world, make_filter, source));
     }
   }
 
-  static std::vector<std::pair<std::string, Index>> first_sensors(const World& world, Filter filter,
+  /// Those of the first of a few runs that does not fail at its first step; none where all do.
+  static std::vector<std::pair<std::string, Index>> first_sensors(const World& world,
+                                                                  const MakeFilter& make_filter,
                                                                   const NoiseSource& source) {
-    std::vector<std::pair<std::string, Index>> sensors;
-    try {
-      NoiseDraw initial(source, 0, 0, NoisePurpose::initial), process(source, 0, 1, NoisePurpose::process),
-          measurement(source, 0, 1, NoisePurpose::measurement);
-      const auto prior = world.prior();
-      filter.reset(prior.mean, prior.covariance);
-      const State truth = world.step(world.initial(initial), 1, process);
-      NoiseDraw input(source, 0, 1, NoisePurpose::process, internal::plugged::kInputSlots);
-      internal::plugged::predict(filter, world, internal::plugged::input_of(world, truth, 1, input), 1.0);
-      const auto z = world.measure(truth, 1, measurement);
-      if constexpr (internal::plugged::IsOptional<std::decay_t<decltype(z)>>::value) {
-        if (!z) throw std::invalid_argument("the first step measures nothing: give the world a layout()");
+    constexpr std::int64_t kRunsTried = 64;
+    std::exception_ptr misfit;
+    for (std::int64_t run = 0; run < kRunsTried; ++run) {
+      try {
+        return sensors_of(after_first_step(world, make_filter(), source, run));
+      } catch (const internal::Stopped&) {
+        throw;
+      } catch (const std::invalid_argument&) {
+        misfit = std::current_exception();
+      } catch (...) {
+        continue;  // a failure of this run, which will be counted
       }
-      filter.update(internal::plugged::value_of(z));
-    } catch (const std::invalid_argument&) {
-      throw;
-    } catch (const std::exception&) {
-      return sensors;  // a failure of run 0, which will be counted
     }
+    if (misfit) std::rethrow_exception(misfit);
+    return {};
+  }
+
+  static Filter after_first_step(const World& world, Filter filter, const NoiseSource& source,
+                                 std::int64_t run) {
+    NoiseDraw initial(source, run, 0, NoisePurpose::initial), process(source, run, 1, NoisePurpose::process),
+        measurement(source, run, 1, NoisePurpose::measurement);
+    const auto prior = world.prior();
+    filter.reset(prior.mean, prior.covariance);
+    const State truth = world.step(world.initial(initial), 1, process);
+    NoiseDraw input(source, run, 1, NoisePurpose::process, internal::plugged::kInputSlots);
+    internal::plugged::predict(filter, world, internal::plugged::input_of(world, truth, 1, input), 1.0);
+    const auto z = world.measure(truth, 1, measurement);
+    if constexpr (internal::plugged::IsOptional<std::decay_t<decltype(z)>>::value) {
+      if (!z) throw std::invalid_argument("the first step measures nothing: give the world a layout()");
+    }
+    filter.update(internal::plugged::value_of(z));
+    return filter;
+  }
+
+  static std::vector<std::pair<std::string, Index>> sensors_of(const Filter& filter) {
     const std::vector<Innovation> innovations = internal::innovations_of(filter);
+    std::vector<std::pair<std::string, Index>> sensors;
     for (std::size_t i = 0; i < innovations.size(); ++i) {
+      if (innovations[i].nu.size() == 0)
+        throw std::invalid_argument("the first step shows no innovation: give the world a layout()");
       std::string name;
       if (innovations.size() > 1) name.append("sensor ").append(std::to_string(i + 1));
       sensors.emplace_back(std::move(name), innovations[i].nu.size());
@@ -337,11 +361,13 @@ class PluggedExperiment final : public internal::VisitedExperiment {
     }
   }
 
-  /// minus(plus(x, d), x) = d for small d.
+  /// minus(plus(x, d), x) = d for small d, at a truth: the start of a group is its identity, where charts
+  /// agree.
   void check_plus(std::vector<std::string>& found) const {
-    const State x = world_.prior().mean;
+    NoiseDraw initial(source_, 0, 0, NoisePurpose::initial), process(source_, 0, 1, NoisePurpose::process);
     NoiseDraw draw(source_, 0, 0, NoisePurpose::decision);
     const Vector d = 1e-2 * draw.normals(std::ssize(layout().states));
+    const State x = world_.step(world_.initial(initial), 1, process);
     internal::report_plus(d, internal::state_minus(world_, State(world_.plus(x, d)), x), found);
   }
 

@@ -35,11 +35,6 @@ Said mistakes_of(const Experiment& experiment, std::int64_t runs, std::int64_t s
 /// Plays all runs and judges them, without a bound.
 CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
                    const std::function<std::string(std::int64_t)>& said) {
-  constexpr std::int64_t kMostRuns = 1'000'000'000, kMostSteps = 10'000'000;  // as study.runs, study.steps
-  if (options.runs < 1 || options.runs > kMostRuns || options.steps < 1 || options.steps > kMostSteps) {
-    throw std::invalid_argument(fmt::format("{} runs of {} steps: expected 1 to {} runs of 1 to {} steps",
-                                            options.runs, options.steps, kMostRuns, kMostSteps));
-  }
   const EngineOptions engine = engine_options(options.threads, options.stop, options.progress);
   EvidenceCollector collector(experiment, options.runs);
   std::optional<Evidence> evidence = collector.take(options.runs, engine);
@@ -69,6 +64,25 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
 }
 
 }  // namespace
+
+void require_accepted(const JudgeOptions& options) {
+  constexpr std::int64_t kMostRuns = 1'000'000'000, kMostSteps = 10'000'000;  // as study.runs, study.steps
+  if (options.runs < 1 || options.runs > kMostRuns || options.steps < 1 || options.steps > kMostSteps) {
+    throw std::invalid_argument(fmt::format("{} runs of {} steps: expected 1 to {} runs of 1 to {} steps",
+                                            options.runs, options.steps, kMostRuns, kMostSteps));
+  }
+  const auto refuse = [](const char* option, const auto& value, std::string_view expected) {
+    throw std::invalid_argument(fmt::format("{} = {}: expected {}", option, value, expected));
+  };
+  if (!(options.confidence >= kLeastConfidence && options.confidence <= kMostConfidence))
+    refuse("confidence", options.confidence,
+           fmt::format("a number from {} to {}", kLeastConfidence, kMostConfidence));
+  if (!(options.dt >= 0.0 && std::isfinite(options.dt)))
+    refuse("dt", options.dt, "a finite number from 0 on");
+  if (options.measurement_delay < 0)
+    refuse("measurement_delay", options.measurement_delay, "a number from 0 on");
+}
+
 }  // namespace credence::internal
 
 namespace credence {
@@ -77,11 +91,20 @@ using namespace internal;
 
 JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
                               const std::function<std::string(std::int64_t)>& said) {
+  require_accepted(options);
   return JudgedFilter(judged_logs(played(experiment, options, said)));
 }
 
 JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believed,
                          const JudgeOptions& options) {
+  require_accepted(options);
+  const auto require_same = [](const char* what, Index of_filter, Index of_world) {
+    if (of_filter != of_world)
+      throw std::invalid_argument(fmt::format("{} of the filter has {} rows: expected {}, as in the world",
+                                              what, of_filter, of_world));
+  };
+  require_same("mean", believed.mean.size(), truth.mean.size());
+  require_same("R", believed.R.rows(), truth.R.rows());
   const auto make_filter = [&] { return FunctionEkf(believed); };
   const PluggedExperiment experiment(FunctionWorld(truth), make_filter, options.plug());
   if (options.check_plug) require_sound(experiment.problems());

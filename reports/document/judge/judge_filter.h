@@ -49,9 +49,13 @@ struct JudgeOptions {
 
 namespace credence::internal {
 
+/// Throws std::invalid_argument for an option that is out of its range.
+void require_accepted(const JudgeOptions& options);
+
 /// The options, with the time of a step of the world where it has one and they do not.
 template <class World>
-JudgeOptions timed(JudgeOptions options, const World& world) {
+JudgeOptions accepted(JudgeOptions options, const World& world) {
+  require_accepted(options);
   if constexpr (HasTimeStep<World>) {
     if (options.dt == 0.0) options.dt = world.dt();
   }
@@ -63,7 +67,8 @@ JudgeOptions timed(JudgeOptions options, const World& world) {
 namespace credence {
 
 /// Judges an experiment by all of its runs. `said(run)` is asked what a filter that threw said. Throws
-/// std::runtime_error where it was stopped before the first runs were done.
+/// std::invalid_argument for an option that is out of its range and std::runtime_error where it was stopped
+/// before the first runs were done.
 JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
                               const std::function<std::string(std::int64_t)>& said = {});
 
@@ -77,7 +82,7 @@ JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOption
   using Filter = std::invoke_result_t<const MakeFilter&>;
   internal::require_plug<World, Filter>();
   if constexpr (PluggedWorld<World> && PluggedFilter<Filter, World>) {
-    const JudgeOptions with_time = internal::timed(options, world);
+    const JudgeOptions with_time = internal::accepted(options, world);
     const PluggedExperiment<World, MakeFilter> experiment(std::move(world), std::move(make_filter),
                                                           options.plug());
     if (options.check_plug) internal::require_sound(experiment.problems());
@@ -90,14 +95,15 @@ JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOption
 /// The same for a filter that brings lanes (BatchFilter): `make_batch()` gives one of kLanes runs.
 template <class World, class MakeBatch>
 JudgedFilter judge_batch(World world, MakeBatch make_batch, const JudgeOptions& options = {}) {
-  const JudgeOptions with_time = internal::timed(options, world);
+  const JudgeOptions with_time = internal::accepted(options, world);
   const BatchExperiment<World, MakeBatch> experiment(std::move(world), std::move(make_batch), options.plug());
   if (options.check_plug) internal::require_sound(experiment.problems());
-  return judge_experiment(experiment, with_time);
+  return judge_experiment(experiment, with_time, [&](std::int64_t run) { return experiment.said(run); });
 }
 
 /// Judges the extended Kalman filter of a model in the world of that model, or of another one, beside the
-/// posterior Cramér-Rao bound of its errors.
+/// posterior Cramér-Rao bound of its errors. Throws std::invalid_argument where the two differ in their
+/// dimensions.
 JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believed,
                          const JudgeOptions& options = {});
 

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/judge/judged.h"
 
 namespace credence::internal {
@@ -39,6 +41,8 @@ namespace credence {
 using namespace internal;
 
 JudgedFilter judge_scenario(const Scenario& scenario, const PlayOptions& options) {
+  // A program may have set any field; what a file cannot say is refused as it would be there.
+  load_scenario_text(canonical_toml(scenario), "the scenario");
   Configuration configuration = make_configuration(scenario);
   take_evidence(configuration);
   std::vector<PlayedStudy> played =

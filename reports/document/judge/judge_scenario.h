@@ -16,8 +16,8 @@ struct PlayOptions {
 
 /// Runs a scenario and judges its filter as `credence run` does.
 ///
-/// Throws std::invalid_argument where its world cannot be made, and std::runtime_error where it was stopped
-/// before the first runs were done.
+/// Throws ScenarioError for a value that no scenario file may have, std::invalid_argument where its world
+/// cannot be made, and std::runtime_error where it was stopped before the first runs were done.
 JudgedFilter judge_scenario(const Scenario& scenario, const PlayOptions& options = {});
 
 }  // namespace credence

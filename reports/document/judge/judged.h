@@ -19,6 +19,7 @@ struct Judged {
   Factor factor;
   std::vector<NamedCause> causes;
   std::vector<FailedRun> failures;
+  std::vector<std::string> mistakes;
   bool complete = true;
   Document document;
 };

@@ -24,6 +24,7 @@ const std::string& JudgedFilter::says() const { return judged_->says; }
 const Factor& JudgedFilter::factor() const { return judged_->factor; }
 const std::vector<NamedCause>& JudgedFilter::causes() const { return judged_->causes; }
 const std::vector<FailedRun>& JudgedFilter::failures() const { return judged_->failures; }
+const std::vector<std::string>& JudgedFilter::mistakes() const { return judged_->mistakes; }
 bool JudgedFilter::complete() const { return judged_->complete; }
 
 std::string JudgedFilter::text() const { return text_page(judged_->document); }
@@ -83,6 +84,7 @@ Judged judged_logs(CheckedLogs logs) {
   Judged judged = judged_word(a.judgement.word, a.judgement.nees);
   take_advice(a.judgement, judged);
   judged.failures = failed_runs(a.evidence.study, logs.failures_said);
+  judged.mistakes = logs.mistakes;
   judged.complete = a.complete;
   judged.document = log_document(std::move(logs));
   return judged;

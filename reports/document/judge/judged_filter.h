@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/evidence/verdicts/verdict.h"
+#include "reports/render/output_error.h"
 
 namespace credence::internal {
 
@@ -55,6 +56,8 @@ class JudgedFilter {
   /// The most specific first; a hint, not a proof.
   const std::vector<NamedCause>& causes() const;
   const std::vector<FailedRun>& failures() const;
+  /// What seems wrong with the numbers themselves, as a P that holds standard deviations (docs/logs.md).
+  const std::vector<std::string>& mistakes() const;
   /// False after an interruption: fewer runs than asked for.
   bool complete() const;
 

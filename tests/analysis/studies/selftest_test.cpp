@@ -7,6 +7,8 @@
 
 #include "analysis/laws/mean/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
+#include "montecarlo/engine/shared_tasks.h"
+#include "tests/montecarlo/engine/thread_ranks.h"
 
 namespace credence::internal {
 namespace {
@@ -89,7 +91,7 @@ TEST(Selftest, FamilyLevelIsThatOfAllRows) {
 
 void expect_same(const StudyShare& a, const StudyShare& b) { EXPECT_EQ(a.count, b.count); }
 
-TEST(Selftest, SameForAnyNumberOfThreads) {
+TEST(Selftest, SameForAnyNumberOfThreadsAndRanks) {
   SelftestOptions options{.studies = 100, .seed = 5, .threads = 1};
   std::int64_t last = 0, all = 0;
   options.progress = [&](std::int64_t done, std::int64_t total) {
@@ -99,23 +101,35 @@ TEST(Selftest, SameForAnyNumberOfThreads) {
   };
   const SelftestResult one = run_selftest(options);
   EXPECT_EQ(last, all);
-  options.threads = 3;
-  options.progress = {};
-  const SelftestResult three = run_selftest(options);
-  ASSERT_TRUE(one.complete && three.complete);
-  ASSERT_EQ(one.calibration.size(), three.calibration.size());
+  SelftestResult shared;
+  on_ranks(2, [&](ThreadRanks& ranks) {
+    try {
+      const SelftestResult result =
+          run_selftest({.studies = 100, .seed = 5, .threads = 2, .progress = {}, .ranks = &ranks});
+      if (is_helper(&ranks)) {
+        EXPECT_FALSE(result.complete);
+      } else {
+        shared = result;
+      }
+    } catch (const RanksEnded&) {
+      EXPECT_TRUE(is_helper(&ranks));
+    }
+    finish_ranks(ranks);
+  });
+  ASSERT_TRUE(one.complete && shared.complete);
+  ASSERT_EQ(one.calibration.size(), shared.calibration.size());
   EXPECT_GT(one.calibration.size(), 45U);
   for (std::size_t i = 0; i < one.calibration.size(); ++i) {
     SCOPED_TRACE(one.calibration[i].name);
-    expect_same(one.calibration[i].measured, three.calibration[i].measured);
+    expect_same(one.calibration[i].measured, shared.calibration[i].measured);
   }
   ASSERT_EQ(one.wrong_filters.size(), 13U);
   for (std::size_t i = 0; i < one.wrong_filters.size(); ++i) {
-    expect_same(one.wrong_filters[i].caught, three.wrong_filters[i].caught);
-    expect_same(one.wrong_filters[i].named, three.wrong_filters[i].named);
+    expect_same(one.wrong_filters[i].caught, shared.wrong_filters[i].caught);
+    expect_same(one.wrong_filters[i].named, shared.wrong_filters[i].named);
   }
   for (std::size_t i = 0; i < one.savings.size(); ++i) {
-    EXPECT_EQ(one.savings[i].runs.mean, three.savings[i].runs.mean);
+    EXPECT_EQ(one.savings[i].runs.mean, shared.savings[i].runs.mean);
   }
 }
 

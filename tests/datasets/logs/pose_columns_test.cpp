@@ -97,6 +97,10 @@ TEST(PoseColumns, RowsThatRos2PrintsAreKnownByTheirFrames) {
   EXPECT_EQ(odometry->joint_covariance.front(), 11U);
 }
 
+TEST(PoseColumns, UnitsOfPositionsAreKept) {
+  EXPECT_THAT(csv_pose_columns("t,x [mm],y ( mm ),z", false)->position_units, ElementsAre("mm", "mm", ""));
+}
+
 TEST(PoseColumns, OtherHeadersAreNoPoses) {
   EXPECT_FALSE(csv_pose_columns("step,estimate.x,truth.x,P.1.1", true));
   EXPECT_FALSE(csv_pose_columns("timestamp,x,y,z,qx,qy,qz,qw", true));  // no covariance

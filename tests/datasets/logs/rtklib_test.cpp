@@ -115,7 +115,9 @@ TEST_F(RtklibFiles, BetweenItsTimesTheTruthIsInterpolatedOrTheNearestIsTaken) {
   reading.matching.truth_time = TruthTime::nearest;
   EXPECT_NEAR(read(log, truth, reading).runs[0].steps.at(0).error[0], 0.3, 1e-4);
   EXPECT_THAT([&] { read(log, truth); },
-              ::testing::ThrowsMessage<DataError>(HasSubstr("--truth-time nearest")));
+              ::testing::ThrowsMessage<DataError>(HasSubstr(
+                  "estimates from 1692 10.010 to 1692 10.010, truth from 1692 10.000 to 1692 10.040 "
+                  "(week and seconds), within 0.02 s (--max-time-difference, --truth-time nearest)")));
 }
 
 TEST_F(RtklibFiles, TimesOfTwoSystemsAreRefused) {

@@ -173,6 +173,34 @@ TEST_F(TrajectoryFiles, ATruthMayBePositionsAlone) {
   EXPECT_EQ(trajectory_errors(estimate, truth, {}).rows.at(0).error.size(), 3);
 }
 
+TEST_F(TrajectoryFiles, PositionsOfATruthAreInTheUnitOfTheirNames) {
+  for (const auto& [unit, metres] : {std::pair("mm", 1e-3), {"cm", 1e-2}, {"m", 1.0}, {"km", 1e3}}) {
+    const Trajectory truth =
+        read_truth(write("t.csv", fmt::format("t,x [{0}],y [{0}],z ({0})\n1,4,5,6\n", unit)));
+    EXPECT_EQ(truth.poses.at(0).position, metres * Vector3d(4, 5, 6)) << unit;
+  }
+  const auto refusal = [&](const std::string& names, const auto& read) -> std::string {
+    try {
+      read(write("t.csv", names + "\n1,4,5,6\n"));
+      return "none";
+    } catch (const DataError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_NE(refusal("t,x [ft],y [ft],z [ft]", read_truth)
+                .find("positions in [ft], [ft], [ft]: accepted is [m], or of all three [mm], [cm] or [km]"),
+            std::string::npos);
+  EXPECT_NE(refusal("t,x [mm],y [mm],z", read_truth).find("positions in [mm], [mm], []"), std::string::npos);
+  // Beside a covariance nobody could say of which unit it is.
+  std::string names = "t,x [mm],y [mm],z [mm],qx,qy,qz,qw";
+  for (int i = 0; i < 36; ++i) names += fmt::format(",cov_{}", i);
+  const auto read_poses = [](const std::filesystem::path& file) {
+    return read_estimate(file, TrajectoryFormat::poses, {});
+  };
+  EXPECT_NE(refusal(names, read_poses).find("accepted is [m], with a covariance in m² and rad²"),
+            std::string::npos);
+}
+
 TEST_F(TrajectoryFiles, CnspySaysItsAxesInAColumn) {
   const auto truth = curve(3);
   const Trajectory truth_read = read_truth(write_truth(truth));

@@ -43,6 +43,15 @@ TEST(LoneOutliers, ErrorsThatFadeAreNone) {
 TEST(LoneOutliers, ThoseOfTheStartAreNone) {
   EXPECT_FALSE(found_in({run_with({0}), run_with({0}), run_with({50})}).has_value());
   EXPECT_TRUE(found_in({run_with({9}), run_with({50})}).has_value());
+  // What a P0 too small makes fades: rows beside are larger than 99 in 100, NEES / dof of two dof
+  // beyond 4.605.
+  std::vector<double> run(100, 1.0);
+  run[4] = kBeyond;
+  EXPECT_TRUE(found_in({run}).has_value());
+  run[5] = 4.7;
+  EXPECT_FALSE(found_in({run}).has_value());
+  run[5] = 4.5;
+  EXPECT_TRUE(found_in({run}).has_value());
 }
 
 TEST(LoneOutliers, ManyAreNone) {

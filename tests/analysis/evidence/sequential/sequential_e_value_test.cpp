@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -87,6 +88,43 @@ TEST(SequentialEValue, FindsAFactorInEitherDirection) {
     EXPECT_GT(reached.nees, 0.5) << factor;
     EXPECT_GT(reached.nis, 0.95) << factor;
   }
+}
+
+TEST(SequentialEValue, ShareOfLawIsThatOfTheVarianceOfChiSquare) {
+  // Two dof and mean 3: χ² of this mean has the variance 2 · 9 / 2; two runs of 3 ± a have 2 a².
+  const auto of = [](double a) {
+    return share_of_law(std::vector<Moments>{{.count = 2, .mean = 3.0, .m2 = 2.0 * a * a}, {}},
+                        std::vector{4.0, 0.0});
+  };
+  EXPECT_EQ(of(0.5), 1.0);
+  EXPECT_DOUBLE_EQ(of(3.0), 0.5);
+  EXPECT_EQ(of(kInfinite), 1.0);
+  EXPECT_EQ(share_of_law({}, {}), 1.0);
+  EXPECT_THROW(share_of_law({}, std::vector{1.0}), std::invalid_argument);
+  EXPECT_EQ(discounted(-2.0, 0.5), -2.0);
+  EXPECT_EQ(discounted(2.0, 0.5), 1.0);
+}
+
+// A sum of 64 runs that is by far too large is evidence where all are, and none where one of them is.
+TEST(SequentialEValue, OneHugeValueIsNoEvidence) {
+  constexpr int kRuns = 64;
+  Moments all, one, right;
+  for (int i = 0; i < kRuns; ++i) {
+    const double of_law = i % 2 == 0 ? 1.0 - std::numbers::sqrt2 / 2.0 : 1.0 + std::numbers::sqrt2 / 2.0;
+    right.add(of_law);
+    all.add(4.0 * of_law);
+    one.add(i == 20 ? 190.0 : of_law);
+  }
+  const std::vector<double> dofs(20, kRuns);
+  const auto evidence = [&](const Moments& at_one_step, const auto& log_e) {
+    std::vector<Moments> steps(20, right);
+    steps[7] = at_one_step;
+    return log_e(steps, dofs);
+  };
+  EXPECT_GT(evidence(all, log_e_nees), 10.0);
+  EXPECT_GT(evidence(all, log_e_nis), 10.0);
+  EXPECT_LT(evidence(one, log_e_nees), 1.0);
+  EXPECT_LT(evidence(one, log_e_nis), 1.0);
 }
 
 TEST(SequentialEValue, OfBadSumsIsNoEvidenceOrInfinite) {

@@ -150,6 +150,37 @@ TEST(Sequential, StoppingByVerdictKeepsItsLevelLookingAfterEveryChunk) {
   EXPECT_GT(naive, kNaiveStudies * 0.15) << "a fixed-sample test looked at 20 times should fail more often";
 }
 
+TEST(Sequential, HeavyTailsOfARightCovarianceAreHardlyEvidenceAgainstIt) {
+  // Student's t(4) of variance 1, white: of NEES the variance is infinite, and no test of its mean is exact.
+  constexpr int kStudies = 500, kLooks = 10, kRuns = 64, kFew = 5;
+  std::mt19937_64 generator(6);
+  std::student_t_distribution<double> t(4.0);
+  const BettingPrices prices = betting_prices(1.0);
+  int wrong = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    std::vector<Moments> nees(kFew);
+    RunBetting betting;
+    bool stopped = false;
+    for (int look_number = 1; look_number <= kLooks && !stopped; ++look_number) {
+      for (int run = 0; run < kRuns; ++run) {
+        double sum = 0.0;
+        for (Moments& step : nees) {
+          const double x = t(generator);
+          step.add(0.5 * x * x);
+          sum += 0.5 * x * x;
+        }
+        betting.add(sum / kFew, prices);
+      }
+      const std::vector<double> dofs(kFew, kRuns * look_number);
+      stopped =
+          look({}, {.nees = nees, .nees_dof = dofs, .nis = nees, .nis_dof = dofs, .betting = &betting}).stop;
+    }
+    wrong += stopped;
+  }
+  RecordProperty("wrong", std::to_string(wrong));
+  EXPECT_LE(wrong, 0.05 * kStudies);
+}
+
 TEST(Sequential, ClearCasesStopEarlyWithTheRightSign) {
   constexpr int kStudies = 100;
   std::mt19937_64 generator(2);

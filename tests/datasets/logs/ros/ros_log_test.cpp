@@ -331,6 +331,61 @@ TEST(RosLog, ATruthMayBePositionsAlone) {
   EXPECT_EQ(sink.runs[0].steps[7].P, Matrix(covariance(7).topLeftCorner<3, 3>()));
 }
 
+/// A bag of 12 estimates and truths; those for which this is true have a quaternion of zeros.
+BagContent bag_without_orientation(const std::function<bool(int)>& estimate,
+                                   const std::function<bool(int)>& truth) {
+  const Eigen::Quaterniond zeros(0.0, 0.0, 0.0, 0.0);
+  BagContent content = bag(Kind::cdr);
+  for (auto& message : content.messages) {
+    const int i = static_cast<int>(std::lround((message.time_s - 1000.0) / 0.125));
+    MessageWriter writer(Kind::cdr);
+    writer.header(time_of(i), "map");
+    if (message.topic == 0 && estimate(i)) {
+      writer.text("base").pose({estimated_pose(i).position, zeros}).matrix(covariance(i));
+      message.bytes = writer.vector({0, 0, 0}).vector({0, 0, 0}).matrix(covariance(i)).bytes();
+    } else if (message.topic == 1 && truth(i)) {
+      message.bytes = writer.pose({true_pose(i).position, zeros}).bytes();
+    }
+  }
+  return content;
+}
+
+bool none(int) { return false; }
+bool all(int) { return true; }
+
+TEST(RosLog, ATruthWhoseQuaternionsAreZerosIsPositionsAlone) {
+  const RecordedSink sink = read_mcap(bag_without_orientation(none, all), with_truth());
+  EXPECT_EQ(sink.runs[0].layout.states.size(), 3U);
+  EXPECT_LT((sink.runs[0].steps[7].error - kShift).norm(), 1e-12);
+  EXPECT_THAT(sink.said(), HasSubstr("/truth: 12 messages have a quaternion of zeros, which is no "
+                                     "orientation: positions alone are compared."));
+}
+
+TEST(RosLog, MessagesOfATruthWhoseQuaternionIsZerosAreLeftOut) {
+  const RecordedSink sink =
+      read_mcap(bag_without_orientation(none, [](int i) { return i == 0; }), with_truth());
+  ASSERT_EQ(sink.runs[0].steps.size(), 11U) << "nothing is known of the first estimate";
+  EXPECT_LT((sink.runs[0].steps[0].error.tail<3>() - kTurn).norm(), 1e-12);
+  EXPECT_THAT(sink.said(), HasSubstr("/truth: 1 message has a quaternion of zeros, which is no orientation: "
+                                     "left out."));
+}
+
+TEST(RosLog, AnEstimateWhoseQuaternionIsZerosIsJudgedByItsPosition) {
+  const BagContent content = bag_without_orientation([](int i) { return i % 2 == 1; }, none);
+  const RecordedSink sink = read_mcap(content, with_truth());
+  EXPECT_EQ(sink.runs[0].steps[0].states.size(), 6U);
+  EXPECT_EQ(sink.runs[0].steps[1].states, (std::vector<Index>{0, 1, 2}));
+  EXPECT_LT((sink.runs[0].steps[1].error - kShift).norm(), 1e-12);
+  EXPECT_THAT(sink.said(), HasSubstr("/odom: 6 messages have a quaternion of zeros, which is no "
+                                     "orientation: the position alone is judged there."));
+  // Where the error of a position is told along the axes of the body, nothing is known without them.
+  LogReading options = with_truth();
+  options.chart = pose_chart_named("gtsam");
+  const RecordedSink body = read_mcap(content, options);
+  EXPECT_EQ(body.runs[0].steps.size(), 6U);
+  EXPECT_THAT(body.said(), HasSubstr("which is no orientation: nothing is judged there."));
+}
+
 const SpatialPose kLever{{0.4, -0.2, 0.7}, rotation({0.1, 0.2, -0.3})};
 
 /// A bag whose truth is at kLever on the body, of poses with a covariance or of points.

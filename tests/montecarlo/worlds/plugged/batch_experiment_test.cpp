@@ -132,6 +132,29 @@ TEST(BatchExperiment, AnExceptionEndsTheRunsOfItsBatch) {
   EXPECT_THAT(outcomes, Each(Outcome::threw));
 }
 
+/// Without innovations.
+class BlindLanes : FourLanes {
+ public:
+  using FourLanes::covariance;
+  using FourLanes::FourLanes;
+  using FourLanes::good;
+  using FourLanes::kLanes;
+  using FourLanes::predict;
+  using FourLanes::reset;
+  using FourLanes::state;
+  using FourLanes::update;
+};
+
+TEST(BatchExperiment, OfAFilterWithoutInnovationsNoSensorIsHeard) {
+  const FunctionModel model = swing();
+  const BatchExperiment blind(SometimesSeen(model), [&] { return BlindLanes(model); }, {.steps = 20});
+  EXPECT_THAT(blind.layout().sensors, IsEmpty());
+  EXPECT_THAT(blind.problems(), IsEmpty());
+  const StudyStatistics s = blind.run_chunk(0, 8);
+  EXPECT_THAT(s.dofs(Quantity::nis), Each(0.0));
+  EXPECT_THAT(s.dofs(Quantity::nees), Each(16.0));
+}
+
 TEST(BatchExperiment, ProblemsSayWhatThrows) {
   const FunctionModel model = swing();
   const BatchExperiment batch(FunctionWorld(model),
@@ -141,7 +164,8 @@ TEST(BatchExperiment, ProblemsSayWhatThrows) {
                                 return lanes;
                               },
                               {.steps = 20});
-  EXPECT_THAT(batch.problems(), ElementsAre("every run fails at the first step, run 0 with: too far"));
+  EXPECT_THAT(batch.problems(),
+              ElementsAre("all of the first 4 runs fail at the first step, run 0 with: too far"));
 }
 
 TEST(BatchExperiment, WhatIsThrownNeedNotBeAnException) {

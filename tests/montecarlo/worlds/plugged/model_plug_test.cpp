@@ -255,7 +255,14 @@ TEST(FunctionEkf, NamesTheEntryOfAWrongJacobian) {
               HasSubstr("F is not the Jacobian of its function: entry (1, 1) is 1.4, by differences"));
   model = coupled_model();
   model.H = [](const Vector&) { return Matrix::Identity(3, 3).eval(); };
-  EXPECT_EQ(jacobian_problem_of(model), "H is 3x3: expected 2x3");
+  EXPECT_THAT([&] { jacobian_problem_of(model); },
+              ::testing::ThrowsMessage<std::invalid_argument>("H(mean) is 3x3: expected 2x3"));
+  model.H = [H = coupled_model().H, mean = model.mean](const Vector& x) {
+    return x == mean ? H(x) : Matrix::Identity(3, 3).eval();
+  };
+  FunctionEkf elsewhere(model);
+  elsewhere.reset(2.0 * model.mean, model.P0);
+  EXPECT_EQ(elsewhere.jacobian_problem(), "H is 3x3: expected 2x3");
 }
 
 // Not a number is no derivative, wherever it stands.

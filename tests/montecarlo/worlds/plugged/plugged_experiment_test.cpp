@@ -386,6 +386,53 @@ TEST(PlugProblems, AcceptTheExactNoiseOfAConstantVelocity) {
   EXPECT_THAT(problems, IsEmpty());
 }
 
+// The first run that does not fail tells them, and what is no std::exception is a failure too.
+TEST(PluggedExperiment, KnowsItsSensorsThoughTheFirstRunFailsAtOnce) {
+  struct Picky : CvFilter {
+    void update(double z) {
+      CvFilter::update(z);
+      if (nu_[0] * sign > 0.0) throw 7;
+    }
+    double sign = 1.0;
+  };
+  int first_failed = 0;
+  for (const double sign : {1.0, -1.0}) {
+    const PluggedExperiment experiment(CvWorld(),
+                                       [sign] {
+                                         Picky filter;
+                                         filter.sign = sign;
+                                         return filter;
+                                       },
+                                       {.steps = 1, .seed = 2});
+    ASSERT_EQ(experiment.layout().sensors.size(), 1U);
+    EXPECT_EQ(experiment.layout().sensors[0].dim, 1);
+    first_failed += experiment.visit(0, [](const TraceStep&) {}) == Outcome::threw ? 1 : 0;
+    EXPECT_THAT(experiment.problems(), IsEmpty());
+  }
+  EXPECT_EQ(first_failed, 1);
+}
+
+TEST(PluggedExperiment, AFilterThatShowsNoInnovationAtItsFirstStepNeedsALayout) {
+  struct Shy : CvFilter {
+    std::vector<Innovation> innovations() const { return {{Vector(), Matrix()}}; }
+  };
+  const auto make = [] { return PluggedExperiment(CvWorld(), [] { return Shy(); }); };
+  EXPECT_THROW(make(), std::invalid_argument);
+  EXPECT_NO_THROW(PluggedExperiment(NamedWorld(), [] { return Shy(); }));
+}
+
+// At the identity, where a group often starts, the charts agree.
+TEST(PlugProblems, PlusIsLookedAtWhereTheTruthGoes) {
+  struct Scaled : CvWorld {
+    CvState plus(const CvState& x, const Vector& d) const {
+      return {x.position + (1.0 + x.position) * d[0], x.velocity + d[1]};
+    }
+  };
+  const PluggedExperiment experiment(Scaled(), [] { return CvFilter(); });
+  ASSERT_EQ(experiment.problems().size(), 1U);
+  EXPECT_THAT(experiment.problems().front(), HasSubstr("minus(plus(x, d), x) is not d"));
+}
+
 TEST(PlugProblems, NamesAPlusThatIsNotTheInverse) {
   struct Turned : CvWorld {
     CvState plus(const CvState& x, const Vector& d) const { return {x.position + d[1], x.velocity + d[0]}; }

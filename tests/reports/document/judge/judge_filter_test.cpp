@@ -86,6 +86,8 @@ TEST(JudgeFilter, TellsAMistakeOfTheNumbersAndNoCauseThatItMakes) {
       FunctionWorld(model), [&] { return Deviations(model); }, options);
   EXPECT_NE(wrong.verdict(), Verdict::consistent);
   EXPECT_THAT(wrong.json(), HasSubstr("P holds standard deviations, not variances"));
+  ASSERT_EQ(wrong.mistakes().size(), 1U);
+  EXPECT_THAT(wrong.mistakes().front(), HasSubstr("P holds standard deviations, not variances"));
   for (const NamedCause& cause : wrong.causes()) {
     EXPECT_NE(cause.name, to_string(Cause::covariance_scale));
     EXPECT_NE(cause.name, to_string(Cause::process_or_measurement_noise));
@@ -108,8 +110,8 @@ TEST(JudgeFilter, TellsTimesOfAWorldThatHasThemOrOfTheOptions) {
   struct Clock {
     double dt() const { return 0.1; }
   };
-  EXPECT_EQ(timed(kOptions, Clock()).dt, 0.1);
-  EXPECT_EQ(timed(options, Clock()).dt, 0.5);
+  EXPECT_EQ(accepted(kOptions, Clock()).dt, 0.1);
+  EXPECT_EQ(accepted(options, Clock()).dt, 0.5);
 }
 
 TEST(JudgeFilter, SetsTheBoundBesideTheErrorsOfAModel) {
@@ -314,6 +316,55 @@ std::string refusal(const FunctionModel& model, const JudgeOptions& options) {
     return error.what();
   }
   return "not refused";
+}
+
+TEST(JudgeFilter, RefusesAModelOfOtherDimensionsThanTheWorld) {
+  const auto said = [](const FunctionModel& believed) {
+    try {
+      judge_model(radar(), believed, kOptions);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_EQ(said(cart()), "R of the filter has 1 rows: expected 2, as in the world");
+  FunctionModel longer = cart();
+  longer.f = [](const Vector& x) { return x; };
+  longer.mean = Vector::Zero(3);
+  longer.Q = longer.P0 = Matrix::Identity(3, 3);
+  EXPECT_EQ(said(longer), "mean of the filter has 3 rows: expected 2, as in the world");
+  FunctionModel wrong = radar();
+  wrong.F = [](const Vector&) { return Matrix(Matrix::Ones(1, 2)); };
+  EXPECT_EQ(said(wrong), "F(mean) is 1x2: expected 2x2");
+  // Of a world of one's own the filter tells it itself.
+  EXPECT_THROW(judge_filter(
+                   FunctionWorld(radar()), [&] { return FunctionEkf(longer); }, kOptions),
+               std::invalid_argument);
+}
+
+TEST(JudgeFilter, RefusesOptionsBeforeAnythingIsPlayed) {
+  struct Untouched : FunctionWorld {
+    using FunctionWorld::FunctionWorld;
+    Prior<Vector> prior() const {
+      ADD_FAILURE() << "played";
+      return FunctionWorld::prior();
+    }
+  };
+  const FunctionModel model = radar();
+  const auto said = [&](const JudgeOptions& options) {
+    try {
+      judge_filter(
+          Untouched(model), [&] { return FunctionEkf(model); }, options);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_EQ(said({.confidence = 95.0}), "confidence = 95: expected a number from 0.5 to 0.999999");
+  EXPECT_EQ(said({.dt = -1.0}), "dt = -1: expected a finite number from 0 on");
+  EXPECT_EQ(said({.measurement_delay = -5}), "measurement_delay = -5: expected a number from 0 on");
+  EXPECT_EQ(said({.steps = 10'000'001}),
+            "1000 runs of 10000001 steps: expected 1 to 1000000000 runs of 1 to 10000000 steps");
 }
 
 TEST(JudgeFilter, RefusesNamesThatAreNoneAndThreadsThatCannotBe) {

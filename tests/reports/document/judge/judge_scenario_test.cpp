@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
 
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/temporary_folder.h"
 
@@ -22,6 +24,24 @@ Scenario monobot_with(double process_scale) {
       "mine.toml");
   scenario.filter.process_scale = process_scale;
   return scenario;
+}
+
+// Any field can be set by a program.
+TEST(JudgeScenario, RefusesWhatNoFileCanSay) {
+  const auto said = [](const std::function<void(Scenario&)>& change) {
+    Scenario scenario = monobot_with(1.0);
+    change(scenario);
+    try {
+      judge_scenario(scenario);
+    } catch (const ScenarioError& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_THAT(said([](Scenario& s) { s.study.runs = 0; }), HasSubstr("runs = 0: must be an integer from 1"));
+  EXPECT_THAT(said([](Scenario& s) { s.study.steps = -5; }), HasSubstr("steps = -5: must be"));
+  EXPECT_THAT(said([](Scenario& s) { s.filter.process_scale = kNaN; }), HasSubstr("process_scale = nan"));
+  EXPECT_THAT(said([](Scenario& s) { s = default_scenario("linear"); }), HasSubstr("F"));
 }
 
 // Where NEES and NIS stop the study before the other tests of the word speak, or the other way round.
