@@ -274,11 +274,21 @@ void StepConventions::finish() {
   if (scale > 1.0 / kGross && scale < kGross &&
       fitting_reading(rows_.size(), n, {}, rows_changed_by([scale](Matrix& P) { P *= scale; })))
     return unexplained();
+  // A P0 that is wrong is no mistake of units, which is in all rows.
+  const std::size_t start = rows_.size() / 10, later = rows_.size() - start;
+  const auto of_later = [&](const std::function<void(Matrix&)>& change) {
+    const ReadingRow read = rows_changed_by(change);
+    const auto shifted = [&](std::size_t i, Vector& error, Matrix& P) { return read(start + i, error, P); };
+    return static_cast<double>(later) * fit_reading(later, n, {}, shifted).log_likelihood;
+  };
+  constexpr double kClearly = 3.0;
+  const double declared_later = of_later([](Matrix&) {});
   std::optional<ReadingFit> best;
   std::string cause;
   for (const StepReading& reading : step_readings(layout_)) {
     const auto found = fitting_reading(rows_.size(), n, {}, rows_changed_by(reading.change));
     if (!found || (best && best->log_likelihood >= found->log_likelihood)) continue;
+    if (!(of_later(reading.change) > declared_later + kClearly)) continue;
     best = found;
     cause = reading.cause;
   }

@@ -222,6 +222,38 @@ std::string said_of_inertial(std::uint64_t seed, bool named, const std::function
   return judged.said();
 }
 
+// σ for σ² differ where P is not 1: here at the start alone, at which P0 is 25 times too small.
+TEST(StepConventions, AWrongStartIsNoMistakeOfUnits) {
+  RunLayout layout{.states = {"x"}, .angles = {false}};
+  add_named_blocks(layout);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    for (const bool everywhere : {false, true}) {
+      testing::RecordedSink judged;
+      StepConventions sink(judged);
+      std::mt19937_64 random(seed);
+      std::normal_distribution<double> normal;
+      sink.begin_run(layout);
+      Step step{.states = {0}};
+      double P = 16.0, error = everywhere ? 4.0 * normal(random) : 22.0;
+      for (int k = 0; k < 600; ++k) {
+        step.step = k + 1;
+        step.error = Vector::Constant(1, error);
+        step.P = Matrix::Constant(1, 1, P);
+        if (everywhere) {
+          step.error *= 1e-2;
+          step.P *= 1e-4;
+          step.P = step.P.cwiseSqrt().eval();
+        }
+        sink.add(step);
+        error = 0.8 * error + 0.6 * normal(random);
+        P = 0.64 * P + 0.36;
+      }
+      sink.finish();
+      EXPECT_EQ(judged.said().find("standard deviations") != std::string::npos, everywhere) << judged.said();
+    }
+  }
+}
+
 TEST(StepConventions, APWrittenInAnotherOrderIsPerhapsNamed) {
   const std::vector<Index> order = {6, 7, 8, 3, 4, 5, 0, 1, 2};
   const auto turned = [&](Step& s) { s.P = Matrix(s.P(order, order)); };
