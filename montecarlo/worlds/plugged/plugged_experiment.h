@@ -142,7 +142,7 @@ class PluggedExperiment final : public internal::VisitedExperiment {
         internal::plug_problems(*this, [this](std::int64_t run) { return thrown_in(run); });
     if (found.empty()) check_side_by_side(found);
     if constexpr (requires(const World& w, const State& x, const Vector& d) { w.plus(x, d); }) {
-      check_plus(found);
+      if (found.empty()) check_plus(found);
     }
     if constexpr (internal::HasTimeStep<World>) check_time_step(found);
     if constexpr (requires(const Filter& f) { std::optional<std::string>(f.jacobian_problem()); }) {

@@ -433,6 +433,16 @@ TEST(PlugProblems, PlusIsLookedAtWhereTheTruthGoes) {
   EXPECT_THAT(experiment.problems().front(), HasSubstr("minus(plus(x, d), x) is not d"));
 }
 
+TEST(PlugProblems, AWorldThatThrowsIsAProblemThoughItHasAPlus) {
+  struct Broken : CvWorld {
+    CvState step(const CvState&, std::int64_t, NoiseDraw&) const { throw std::runtime_error("no road"); }
+    CvState plus(const CvState& x, const Vector& d) const { return {x.position + d[0], x.velocity + d[1]}; }
+  };
+  const PluggedExperiment experiment(Broken(), [] { return CvFilter(); });
+  ASSERT_EQ(experiment.problems().size(), 1U);
+  EXPECT_THAT(experiment.problems().front(), HasSubstr("no road"));
+}
+
 TEST(PlugProblems, NamesAPlusThatIsNotTheInverse) {
   struct Turned : CvWorld {
     CvState plus(const CvState& x, const Vector& d) const { return {x.position + d[1], x.velocity + d[0]}; }
