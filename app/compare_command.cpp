@@ -62,6 +62,16 @@ std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareO
   return studies;
 }
 
+/// A run has no swept values by which a configuration of a sweep could stand beside it.
+void require_sweeps(const std::vector<ComparedStudy>& studies, const std::vector<std::string>& results) {
+  const auto run = std::ranges::find_if(studies, [](const auto& study) { return study.cell.empty(); });
+  if (run == studies.end()) return;
+  const auto sweep = std::ranges::find_if(studies, [](const auto& study) { return !study.cell.empty(); });
+  throw std::invalid_argument(fmt::format(
+      "compare: {} is a sweep and {} is none: compare sweeps with sweeps, and runs with runs",
+      results[static_cast<std::size_t>(sweep->of_sweep)], results[static_cast<std::size_t>(run->of_sweep)]));
+}
+
 int compare(const CompareOptions& options) {
   std::vector<ComparedStudy> studies;
   std::vector<std::string> places;
@@ -76,6 +86,7 @@ int compare(const CompareOptions& options) {
   }
   if (studies.size() < 2 || (options.results.size() < 2 && are_of_sweeps(studies)))
     throw std::invalid_argument("compare: takes two results or more");
+  if (are_of_sweeps(studies)) require_sweeps(studies, options.results);
   tell_apart(studies, places);
   tell(are_of_sweeps(studies) ? sweep_comparison_document(studies, options.confidence)
                               : comparison_document(studies, options.confidence),

@@ -82,7 +82,7 @@ int show(const StoredOptions& options) {
   } else if (const StoredStudy& sweep = studies.front(); sweep.runs() > 0) {
     document = sweep_document(analyse_sweep(sweep.plan, analyse(sweep)));
   }
-  document.brief.emplace_back("");
+  if (!document.brief.empty()) document.brief.emplace_back("");
   for (const StoredStudy& study : studies) document.brief.emplace_back(progress_sentence(study));
   print(document, options);
   return kDone;

@@ -11,10 +11,13 @@
 namespace credence::internal {
 
 Verdict EstimatorMap::verdict(std::size_t point, std::size_t e) const {
-  const DirectedPValues& p = studies[point].rows[e].beyond_tolerance;
+  const EstimatorRow& row = studies[point].rows[e];
+  const DirectedPValues& p = row.beyond_tolerance;
   if (std::isnan(p.optimistic)) return Verdict::undecided;
   const double level = 1.0 - studies[point].scenario.study.confidence;
-  return direction_of(2.0 * p.optimistic <= level, 2.0 * p.pessimistic <= level);
+  const Verdict seen = direction_of(2.0 * p.optimistic <= level, 2.0 * p.pessimistic <= level);
+  const MeanInterval& nees = row.nees[static_cast<std::size_t>(EstimatorBlock::pose)];
+  return seen == Verdict::consistent && is_undecided(nees) ? Verdict::undecided : seen;
 }
 
 bool EstimatorMap::stays_consistent(std::size_t point, std::size_t e) const {

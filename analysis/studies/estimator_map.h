@@ -24,8 +24,8 @@ struct EstimatorMap {
   std::vector<LeftOutEstimator> left_out{};  ///< refused at some point, and therefore at none
   bool complete = true;                      ///< false: interrupted; the rest means nothing
 
-  /// Optimistic or pessimistic where its pose NEES is seen beyond kToleratedFactor or its inverse; undecided
-  /// where no run ended well.
+  /// Optimistic or pessimistic where its pose NEES is seen beyond kToleratedFactor or its inverse; else
+  /// undecided where no run ended well, or its interval leaves a factor of 2 open.
   Verdict verdict(std::size_t point, std::size_t e) const;
   /// Whether no run of estimator `e` failed at a point, and its verdict is consistent.
   bool stays_consistent(std::size_t point, std::size_t e) const;

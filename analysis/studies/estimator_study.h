@@ -45,6 +45,11 @@ using Band = std::array<double, kBandLevels.size()>;
 /// So much more or less squared error than P claims is not held against an estimator of a sweep.
 inline constexpr double kToleratedFactor = 1.1;
 
+/// Whether the squared error may be twice what P claims, or half of it, for all that these runs tell.
+inline bool may_be_twice(const MeanInterval& nees) { return nees.upper > 2.0; }
+inline bool may_be_half(const MeanInterval& nees) { return nees.lower < 0.5; }
+inline bool is_undecided(const MeanInterval& nees) { return may_be_twice(nees) || may_be_half(nees); }
+
 /// One estimator over all runs.
 struct EstimatorRow {
   std::string name;

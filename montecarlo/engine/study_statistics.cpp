@@ -105,8 +105,7 @@ std::string failed_text(std::int64_t failed, std::int64_t all) {
 }
 
 std::string what_failed_count_in(std::int64_t failed, std::int64_t all) {
-  const std::string of_steps =
-      failed == 1 ? "It counts up to the step before" : "They count up to the step before";
+  std::string of_steps = failed == 1 ? "It counts up to the step before" : "They count up to the step before";
   if (failed >= all) return of_steps;
   return of_steps + " in what is told of single steps; means, factors, RMSE and scores are of the other runs";
 }

@@ -22,6 +22,10 @@ class Shape:
     steps: "int | list[int]"  # one for each run if listed
 
 
+def _entries(of: "Sequence[Any]") -> str:
+    return "1 entry" if len(of) == 1 else f"{len(of)} entries"
+
+
 def _require_held(array: np.ndarray, name: str) -> None:
     """Numbers that broadcasting repeats take no memory, so that there can be more of them than anyone can judge."""
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -249,7 +253,7 @@ def indices(which: Any, names: "list[str]", argument: str, kind: str = "state", 
     which = list(which)
     if which and all(isinstance(w, (bool, np.bool_)) for w in which):
         if len(which) != len(names):
-            raise ValueError(f"{argument} has {len(which)} entries: the {whole} has {len(names)}")
+            raise ValueError(f"{argument} has {_entries(which)}: the {whole} has {len(names)}")
         return [i for i, w in enumerate(which) if w]
     found = set()
     for w in which:
@@ -300,7 +304,7 @@ def units_of(units: Any, states: "list[str]", angle: np.ndarray, named: "list[st
         raise ValueError(f"units = {units!r}: expected one for each state, or a dict of states and their units")
     told = [require_text(unit, "units") for unit in units]
     if len(told) != len(states):
-        raise ValueError(f"units has {len(told)} entries: the state has {len(states)}")
+        raise ValueError(f"units has {_entries(told)}: the state has {len(states)}")
     for state, unit, is_angle, of_name in zip(states, told, angle, named):
         if is_angle and unit not in ("", "rad"):
             raise ValueError(f"units: {state} is an angle, in {unit!r}; an angle is in rad")
@@ -316,7 +320,7 @@ def _state_names(names: "Optional[Sequence[str]]", n: int) -> "list[str]":
         raise ValueError(f"names = {names!r}: expected one for each state")
     names = list(names)
     if len(names) != n:
-        raise ValueError(f"names has {len(names)} entries: the state has {n}")
+        raise ValueError(f"names has {_entries(names)}: the state has {n}")
     if len(set(names)) != n or not all(isinstance(name, str) and name for name in names):
         raise ValueError("names must be different words, one for each state")
     return [require_text(name, "names") for name in names]

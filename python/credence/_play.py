@@ -165,7 +165,10 @@ def _minus(plan: Plan, estimate: Any, truth: Any, angles: np.ndarray) -> np.ndar
             if finite is not None and finite.all():
                 raise _WorldRaised("minus", error) from error
             raise
-    error = np.asarray(estimate, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
+    shown, true = np.asarray(estimate, dtype=np.float64), np.asarray(truth, dtype=np.float64)
+    if shown.shape != true.shape:  # which NumPy would broadcast
+        raise PlugError(f"filter.state has shape {shown.shape}: expected {true.shape}")
+    error = shown - true
     if angles.any():
         error[..., angles] = np.remainder(error[..., angles] + np.pi, 2.0 * np.pi) - np.pi
     return error

@@ -53,6 +53,8 @@ TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"compare", "a"}, "compare: takes two results or more"},
+      {{"compare", "a", "s"},
+       "compare: s is a sweep and a is none: compare sweeps with sweeps, and runs with runs"},
       {{"compare", "a", "nowhere"}, "nowhere: no such folder or document"},
       {{"compare", "a", "a.toml"}, "a.toml:1: is no JSON, from column 2 on"},
       {{"compare", "a", "/dev/zero"}, "/dev/zero: is no regular file"},

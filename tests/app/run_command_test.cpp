@@ -283,6 +283,11 @@ TEST_F(RunCommand, CtrlCSavesReportsWhatIsThereAndExits130) {
   EXPECT_GT(j["runs"], 0);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "results.sqlite"));
   EXPECT_TRUE(fs::exists(folder_ / "out" / "index.html"));
+  // The answer is that of the runs that are stored, whenever it is asked for.
+  const Json stored = json({"show", "out", "--format", "json"});
+  EXPECT_EQ(stored["runs"], j["runs"]);
+  EXPECT_EQ(stored["word"], j["word"]);
+  EXPECT_EQ(stored["battery"], j["battery"]);
 }
 
 TEST_F(RunCommand, FreshLeavesTheStoreOfAProcessThatWrites) {

@@ -112,7 +112,7 @@ OTHERS = {
     "stability": ["stability tracking", "stability planar_table --loops 4 --set sweep.filter.inflation=map",
                   "stability figure1_two_landmarks --set filter.inflation=full", "stability figure2_two_landmarks --steps 1"],
     "plan": ["plan planar_loop", "plan linear --set sweep.filter.process_scale=1,2"],
-    "compare": ["compare run run", "compare run other sweep", "compare other sweep"],
+    "compare": ["compare run run", "compare sweep sweep"],
     "show": ["show run", "show sweep"],
 }
 OF_DATA = ("carpark", "mrclam")  # in CREDENCE_DATA, without it left out

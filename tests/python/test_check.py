@@ -411,9 +411,9 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(error=a["error"][0, 0])).startswith("error has shape (2,): expected (runs, steps, n)")
     assert bad(lambda a: a.update(S=None)) == "innovation and S belong together: one of them is None"
     assert bad(lambda a: a.update(error=a["error"].astype(complex))).startswith("error is of dtype complex128")
-    assert bad(lambda a: a.update(names=["x"])) == "names has 1 entries: the state has 2"
+    assert bad(lambda a: a.update(names=["x"])) == "names has 1 entry: the state has 2"
     assert bad(lambda a: a.update(angles=["heading"])) == "angles: there is no state 'heading' among x1, x2"
-    assert bad(lambda a: a.update(units=["m"])) == "units has 1 entries: the state has 2"
+    assert bad(lambda a: a.update(units=["m"])) == "units has 1 entry: the state has 2"
     assert bad(lambda a: a.update(units={"v": "m"})) == "units: there is no state 'v' among x1, x2"
     assert bad(lambda a: a.update(units="m")) == (
         "units = 'm': expected one for each state, or a dict of states and their units"

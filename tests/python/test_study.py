@@ -494,6 +494,18 @@ def test_plugs_that_are_none_are_named():
 
     assert message(World(), Remembering).startswith("run 0 is not the same twice, in its covariance at step 1, ")
 
+    for shape, shown in [  # NumPy would broadcast them
+        ("(64, 1)", lambda x: x[:, :1]),
+        ("(2,)", lambda x: x.mean(axis=0)),
+        ("(1, 2)", lambda x: x[:1]),
+        ("()", lambda x: None),
+    ]:
+
+        class Broad(Shown):
+            state = property(lambda self, shown=shown: shown(self._own.state))
+
+        assert message(World(), Broad) == f"filter.state has shape {shape}: expected (64, 2)"
+
     class Flat(Filter):
         def update(self, z):
             super().update(z)

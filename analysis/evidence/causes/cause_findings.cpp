@@ -162,7 +162,9 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   if (s.perhaps_gate && s.nis.verdict == Verdict::pessimistic) f.perhaps_gate = s.perhaps_gate;
   // Bonferroni over the sensors; NaN stays.
   const auto of_all = [&j](double p) { return std::min(1.0, static_cast<double>(j.sensors.size()) * p); };
-  if (auto rejection = find_gate_rejection(sums.changes)) {
+  // Of one run, whose P may change in time by itself, NIS that does looks as if P answered it.
+  const bool in_time = j.runs == 1 && s.over_time.p_value <= 1.0 - j.confidence;
+  if (auto rejection = find_gate_rejection(sums.changes); rejection && !in_time) {
     rejection->p_value = of_all(rejection->p_value);
     if (!f.rejection || rejection->p_value < f.rejection->p_value) f.rejection = rejection;
   }

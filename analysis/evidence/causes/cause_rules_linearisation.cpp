@@ -45,9 +45,12 @@ Causes find_linearisation(const Findings& findings) {
     return {{Cause::process_noise_or_linearisation,
              why + ", and the innovations are correlated as those of a gain that is too small"}};
   }
-  return {{moved                           ? Cause::process_noise_or_linearisation
-           : findings.error_mean_runs == 1 ? Cause::linearisation_or_bias
-                                           : Cause::linearisation,
+  // A mean of the errors, which a bias makes, shows in many runs.
+  constexpr std::int64_t kMany = 20;
+  const bool few = findings.error_mean_runs > 0 && findings.error_mean_runs < kMany;
+  return {{moved ? Cause::process_noise_or_linearisation
+           : few ? Cause::linearisation_or_bias
+                 : Cause::linearisation,
            why}};
 }
 

@@ -96,10 +96,17 @@ std::optional<Evidence> EvidenceCollector::take(std::int64_t runs, const EngineO
     return ChunkRuns{first, std::min(kChunkRuns, runs - first)};
   };
   StudyProgress progress{.runs_total = runs};
+  std::vector<std::int64_t> missing;  // what is there was played, and no stop takes it away
+  for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
+    if (has(key_of(chunk)))
+      progress.runs_done += key_of(chunk).second;
+    else
+      missing.push_back(chunk);
+  }
   std::mutex mutex;
-  for_each_task(chunks, options.threads, options.stop, [&](std::int64_t chunk) {
-    const auto [first, count] = key_of(chunk);
-    if (!has({first, count})) record(first, count);
+  for_each_task(std::ssize(missing), options.threads, options.stop, [&](std::int64_t i) {
+    const auto [first, count] = key_of(missing[static_cast<std::size_t>(i)]);
+    record(first, count);
     const std::lock_guard lock(mutex);
     progress.runs_done += count;
     if (options.progress) options.progress(progress);

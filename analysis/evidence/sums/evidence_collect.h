@@ -40,8 +40,8 @@ class EvidenceCollector {
   void keep_with(StudyTask& task);
 
   /// The evidence of the first `runs` runs, those played that were not yet; the bits do not depend on the
-  /// threads, nor on who played. Of `options` only threads, stop and progress count. Nothing when stopped:
-  /// the evidence of some of the runs would not be the same twice.
+  /// threads, nor on who played. Of `options` only threads, stop and progress count. Nothing when stopped
+  /// before all were played: the evidence of some of the runs would not be the same twice.
   std::optional<Evidence> take(std::int64_t runs, const EngineOptions& options = {});
 
   /// So many first runs, of whole chunks, are there.

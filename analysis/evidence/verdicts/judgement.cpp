@@ -372,7 +372,7 @@ void say_word(const Evidence& e, const JudgementContext& context, Judgement& j) 
   }
   const bool fitted = context.truth_fit != TruthFit::none;
   if (fitted) judge_fitted(context.truth_fit, j);
-  leave_heavy_open(j);
+  leave_heavy_open(e, j);
   follow_word(j.word, j.blocks, j.responsible);
   if (!is_inconsistent(j.word.verdict) || fitted) {
     j.responsible = {};

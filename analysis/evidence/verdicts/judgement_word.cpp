@@ -238,26 +238,74 @@ void judge_fitted(TruthFit fit, Judgement& j) {
   j.word.joined.clear();
 }
 
-void leave_heavy_open(Judgement& j) {
+namespace {
+
+/// A part of the word that is made of steps, and what its worst step was made of.
+struct PartOfSteps {
+  const ConsistencyVerdict* verdict = nullptr;  ///< null: it is made of averages
+  Moments worst{};                              ///< over the runs
+  bool white = false;  ///< innovations: rows one after another have nothing in common
+};
+
+PartOfSteps part_of_steps(const Evidence& e, const Judgement& j, std::string_view name) {
+  const auto part = [&](const ConsistencyVerdict& v, const std::vector<Moments>& steps, bool white) {
+    const auto worst = static_cast<std::size_t>(std::max<std::int64_t>(0, v.worst_step));
+    return PartOfSteps{&v, worst < steps.size() ? steps[worst] : Moments{}, white};
+  };
+  if (name == "NEES") return part(j.nees, e.study.series(Quantity::nees), false);
+  if (name == "NIS") return part(j.nis, e.study.series(Quantity::nis), true);
+  const std::size_t steps = e.study.steps.size();
+  for (std::size_t i = 0; i < j.blocks.size(); ++i) {
+    if (j.blocks[i].name == name)
+      return part(j.blocks[i].verdict, series_of(e.blocks[i].nees, steps).moments, false);
+  }
+  for (std::size_t i = 0; i < j.sensors.size(); ++i) {
+    if (of_sensor("NIS", j.sensors[i]) == name)
+      return part(j.sensors[i].nis, series_of(e.sensors[i].nis, steps).moments, true);
+  }
+  return {};
+}
+
+/// Whether heavy tails may be what is too large at steps: no mean is, at the worst step one run and not
+/// several, and of innovations, which are white, no steps that are close together.
+bool may_be_of_tails(const PartOfSteps& part, double alpha) {
+  constexpr double kOneRun = 1.5;  // standard errors: of one value that is much larger than the others, 1
+  constexpr std::int64_t kBurst = 3, kApart = 5;
+  const ConsistencyVerdict& v = *part.verdict;
+  if (v.overall_p_value <= alpha || v.worst_step < 0) return false;
+  const Moments& at = part.worst;
+  const double expected = v.steps[static_cast<std::size_t>(v.worst_step)].expected;
+  if (at.count > 1 && at.mean - expected > kOneRun * std::sqrt(at.variance() / static_cast<double>(at.count)))
+    return false;
+  const StepSpan& steps = v.optimistic_steps;
+  return !part.white || steps.count < kBurst || steps.last - steps.first + 1 >= kApart * steps.count;
+}
+
+}  // namespace
+
+void leave_heavy_open(const Evidence& e, Judgement& j) {
   const GaussianityJudgement& g = j.law.gaussianity;
   const double alpha = 1.0 - j.confidence;
-  if (!is_inconsistent(j.word.verdict) || j.word.no_factor) return;
-  if (!g.heavy_tailed(alpha) || !std::isnan(g.moments_p_value)) return;
+  if (!is_inconsistent(j.word.verdict) || j.word.no_factor || !j.lost.runs.empty()) return;
+  const bool law_free = !std::isnan(g.moments_p_value);
+  if (!(g.tail_p_value <= alpha) || (law_free && g.moments_p_value <= alpha)) return;
   const bool on_average = j.single && j.single->time_average.p_value <= alpha;
-  const ConsistencyVerdict* of_steps = nullptr;
-  for (const JoinedVerdict& part : j.word.joined) {
-    if (!is_inconsistent(part.verdict)) continue;
-    const auto block = std::ranges::find(j.blocks, part.name, &BlockVerdict::name);
-    if (block == j.blocks.end() && part.name != "NEES") return;
-    const ConsistencyVerdict& v = block == j.blocks.end() ? j.nees : block->verdict;
-    if (part.verdict != Verdict::optimistic || v.overall_p_value <= alpha || on_average) return;
-    of_steps = &v;
+  PartOfSteps first;
+  for (const JoinedVerdict& joined : j.word.joined) {
+    if (!is_inconsistent(joined.verdict)) continue;
+    const PartOfSteps part = part_of_steps(e, j, joined.name);
+    if (part.verdict == nullptr || joined.verdict != Verdict::optimistic || (on_average && !part.white) ||
+        !may_be_of_tails(part, alpha))
+      return;
+    if (first.verdict == nullptr) first = part;
   }
-  if (of_steps == nullptr) return;
+  if (first.verdict == nullptr) return;
   leave_word_open(
-      fmt::format("single rows are too large ({}), but the errors have heavy tails, with which some are, and "
-                  "the runs are too short for tests that need no law",
-                  when_text(*of_steps, Verdict::optimistic)),
+      fmt::format(
+          "single {} are too large ({}), but the errors have heavy tails, with which some are, and {}",
+          first.white ? "innovations" : "rows", when_text(*first.verdict, Verdict::optimistic),
+          law_free ? "tests that need no law find nothing wrong"
+                   : "the runs are too short for tests that need no law"),
       j);
 }
 

@@ -21,9 +21,9 @@ void follow_word(const Word& word, std::span<const BlockVerdict> blocks, Respons
 /// their mean NEES is no larger than where it belongs. Of one that could not be fitted nothing is.
 void judge_fitted(TruthFit fit, Judgement& judged);
 
-/// Steps whose NEES is too large are no evidence against P where tails are heavy, if nothing else accuses it
-/// and nothing that needs no law could have.
-void leave_heavy_open(Judgement& judged);
+/// Single rows whose NEES or NIS is too large are no evidence against P where tails are heavy, if nothing
+/// else accuses it.
+void leave_heavy_open(const Evidence& evidence, Judgement& judged);
 
 /// A run that failed has no rows where the filter was worst. Where many have, the others do not speak for it.
 void leave_failed_open(const StudyStatistics& all, Judgement& judged);

@@ -273,14 +273,20 @@ StretchAverages stretch_averages(std::span<const std::vector<double>> runs, doub
   if (used == 0) return {};
   const std::size_t least = lengths[used - 1], length = least / stretches_of_each(used);
   StretchAverages result{.effective_rows = sample.size, .correlation_time = correlation_time};
+  std::vector<double> short_runs;  // one behind the other: pieces of them are as independent
+  const auto cut = [&](std::span<const double> run) {
+    for (; run.size() >= length; run = run.subspan(length))
+      result.averages.add(average_of(run.first(length)));
+    return run;
+  };
   for (const auto& run : runs) {
-    if (run.size() < least) continue;
-    for (std::size_t i = 0; i < run.size() / length; ++i) {
-      double sum = 0.0;
-      for (const double x : std::span(run).subspan(i * length, length)) sum += x;
-      result.averages.add(sum / static_cast<double>(length));
-    }
+    if (run.size() >= length)
+      cut(run);
+    else
+      short_runs.insert(short_runs.end(), run.begin(), run.end());
   }
+  const std::span<const double> rest = cut(short_runs);
+  if (2 * rest.size() >= length) result.averages.add(average_of(rest));
   return result;
 }
 

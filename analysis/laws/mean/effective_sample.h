@@ -110,9 +110,10 @@ struct StretchAverages {
 };
 
 /// Each of ε_k / n_k: at least twenty in all (stretches_of_each), so that their mean is compared by the
-/// scores of run_mean.h where the runs alone are too few; of the longest runs that are long enough for it
-/// together, which their values do not choose, and of one length, so that longer runs have more. No values
-/// where a stretch would be shorter than 10 τ. Approximate, as test_single_run: neighbours are nearly
+/// scores of run_mean.h where the runs alone are too few; of a length that the longest runs, which their
+/// values do not choose, give together, so that longer runs have more. Shorter runs are cut one behind the
+/// other, what is left of them by less than half a stretch left out. No values where a stretch would be
+/// shorter than 10 τ. Approximate, as test_single_run: neighbours are nearly
 /// independent.
 ///
 /// memory: τ in rows as the errors themselves tell it (memory_of_squares), by which a stretch is then 7 τ

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 #include <utility>
 
 #include "analysis/evidence/sums/evidence.h"
@@ -37,6 +39,27 @@ bool wraps(double a, double b, double turn) {
 bool within_turn(double least, double most, double turn) {
   return (least >= -0.5 * turn * kSlack && most <= 0.5 * turn * kSlack) ||
          (least >= 0.0 && most <= turn * kSlack);
+}
+
+/// Whether its unit or its name says that a state is no angle: "m", "position.x", "velocity_north".
+bool is_said_to_be_none(const RunLayout& layout, std::size_t state) {
+  if (state < layout.units.size() && !layout.units[state].empty()) {
+    static constexpr std::string_view kOfAngles[] = {"rad", "deg", "°"};
+    if (std::ranges::find(kOfAngles, layout.units[state]) == std::end(kOfAngles)) return true;
+  }
+  static constexpr std::string_view kNone[] = {"position", "pos",          "velocity", "vel",
+                                               "speed",    "acceleration", "landmark", "range",
+                                               "height",   "depth",        "altitude"};
+  std::string word;
+  for (const char c : layout.states[state] + '.') {
+    if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      continue;
+    }
+    if (std::ranges::find(kNone, word) != std::end(kNone)) return true;
+    word.clear();
+  }
+  return false;
 }
 
 }  // namespace
@@ -132,6 +155,7 @@ AngleUnits::InDegrees AngleUnits::in_degrees(std::size_t i) const {
   constexpr double kFactor = 4.0, kFactorOfOthers = 2.0, kTwoTurns = 2.0 * kRadiansOfTurn;
   const State& state = states_[i];
   if (state.count < static_cast<std::int64_t>(kFewestForReading)) return InDegrees::nothing;
+  if (!layout_.angles[i] && is_said_to_be_none(layout_, i)) return InDegrees::nothing;
   const double fit = state.mean_square(), factor = layout_.angles[i] ? kFactor : kFactorOfOthers;
   // Not where a few errors make the mean: the square of a Gaussian error is beyond 50 once in 1e12.
   constexpr double kFar = 50.0;

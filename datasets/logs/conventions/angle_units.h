@@ -18,7 +18,8 @@ namespace credence::internal {
 /// beyond a turn. What else is likely is told where all other states have errors as P says: errors that are
 /// larger than P says as degrees are larger than radians, or smaller; of an angle with a small σ whose errors
 /// fill the whole circle it is said that they do. States that are not said to be angles, such as the
-/// components of a rotation vector, must be so more closely.
+/// components of a rotation vector, must be so more closely; those whose unit or name says that they are
+/// none, as "position.x", are left alone.
 class AngleUnits final : public ForwardingSink {
  public:
   using ForwardingSink::ForwardingSink;

@@ -63,46 +63,16 @@ StepReading interleaved(const RunLayout& layout, Index parts) {
           [place = std::move(place)](Matrix& P) { P = Matrix(P(place, place)); }};
 }
 
-std::vector<StepReading> step_readings(const RunLayout& layout) {
-  std::vector<StepReading> list = {
-      {"P holds standard deviations, not variances (square them)",
-       [](Matrix& P) { P = P.cwiseProduct(P.cwiseAbs()).eval(); }},
-      {"P is the information matrix (invert it)", invert_information},
-  };
-  std::vector<Index> angles;
-  const auto add_degrees = [&](const std::string& what, const std::vector<Index>& states) {
-    list.push_back({fmt::format("P is in degrees in {}, the error in radians", what),
-                    scaled(states, kRadiansPerDegree)});
-    list.push_back({fmt::format("the error is in degrees in {}, P in radians", what),
-                    scaled(states, 1.0 / kRadiansPerDegree)});
-  };
-  for (std::size_t i = 0; i < layout.angles.size(); ++i) {
-    if (!layout.angles[i]) continue;
-    angles.push_back(static_cast<Index>(i));
-    add_degrees(layout.states[i], {static_cast<Index>(i)});
-  }
-  if (angles.size() > 1) add_degrees("all angles", angles);
-  // Position, velocity and acceleration, or the axes of a plane or of space.
-  constexpr Index kMostOfOne = 3;
-  const Index n = std::ssize(layout.states);
-  for (Index parts = 2; 2 * parts <= n; ++parts) {
-    if (n % parts == 0 && (parts <= kMostOfOne || n / parts <= kMostOfOne))
-      list.push_back(interleaved(layout, parts));
-  }
-  // With P's cross-covariances. Of two parts either may be the turned one.
-  constexpr std::size_t kMostTurned = 6;
-  std::size_t turned = 0;
-  for (const Block& block : layout.blocks) {
-    if (block.states.size() >= layout.states.size() || ++turned > kMostTurned) continue;
-    list.push_back({fmt::format("the error has the opposite sign in {} and not in the rest, or P's "
-                                "cross-covariances between them have",
-                                block.name),
-                    scaled(block.states, -1.0)});
-  }
-  return list;
-}
-
 using Parts = std::vector<std::vector<Index>>;
+
+/// Where each state stands in a P whose parts are in this order.
+std::vector<Index> places(const std::vector<std::size_t>& order, const Parts& parts, Index states) {
+  std::vector<Index> place(static_cast<std::size_t>(states));
+  Index at = 0;
+  for (const std::size_t part : order)
+    for (const Index i : parts[part]) place[static_cast<std::size_t>(i)] = at++;
+  return place;
+}
 
 /// States 0, 1, … in parts of `size`, the last of which is whole.
 Parts parts_of(std::size_t states, std::size_t size) {
@@ -149,6 +119,60 @@ std::string order_text(const RunLayout& layout, const std::vector<std::size_t>& 
                                                  : fmt::format("{} to {}", first, last));
   }
   return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Of few parts every other order of them.
+void add_orders(const RunLayout& layout, const Parts& parts, std::vector<StepReading>& list) {
+  constexpr std::size_t kMostParts = 3;
+  if (parts.size() > kMostParts) return;
+  std::vector<std::size_t> order(parts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  while (std::ranges::next_permutation(order).found) {
+    list.push_back({fmt::format("P is written in the order {}", order_text(layout, order, parts)),
+                    [place = places(order, parts, std::ssize(layout.states))](Matrix& P) {
+                      P = Matrix(P(place, place));
+                    }});
+  }
+}
+
+std::vector<StepReading> step_readings(const RunLayout& layout) {
+  std::vector<StepReading> list = {
+      {"P holds standard deviations, not variances (square them)",
+       [](Matrix& P) { P = P.cwiseProduct(P.cwiseAbs()).eval(); }},
+      {"P is the information matrix (invert it)", invert_information},
+  };
+  std::vector<Index> angles;
+  const auto add_degrees = [&](const std::string& what, const std::vector<Index>& states) {
+    list.push_back({fmt::format("P is in degrees in {}, the error in radians", what),
+                    scaled(states, kRadiansPerDegree)});
+    list.push_back({fmt::format("the error is in degrees in {}, P in radians", what),
+                    scaled(states, 1.0 / kRadiansPerDegree)});
+  };
+  for (std::size_t i = 0; i < layout.angles.size(); ++i) {
+    if (!layout.angles[i]) continue;
+    angles.push_back(static_cast<Index>(i));
+    add_degrees(layout.states[i], {static_cast<Index>(i)});
+  }
+  if (angles.size() > 1) add_degrees("all angles", angles);
+  // Position, velocity and acceleration, or the axes of a plane or of space.
+  constexpr Index kMostOfOne = 3;
+  const Index n = std::ssize(layout.states);
+  for (Index parts = 2; 2 * parts <= n; ++parts) {
+    if (n % parts == 0 && (parts <= kMostOfOne || n / parts <= kMostOfOne))
+      list.push_back(interleaved(layout, parts));
+  }
+  for (const Parts& parts : parts_in_order(layout)) add_orders(layout, parts, list);
+  // With P's cross-covariances. Of two parts either may be the turned one.
+  constexpr std::size_t kMostTurned = 6;
+  std::size_t turned = 0;
+  for (const Block& block : layout.blocks) {
+    if (block.states.size() >= layout.states.size() || ++turned > kMostTurned) continue;
+    list.push_back({fmt::format("the error has the opposite sign in {} and not in the rest, or P's "
+                                "cross-covariances between them have",
+                                block.name),
+                    scaled(block.states, -1.0)});
+  }
+  return list;
 }
 
 }  // namespace
@@ -212,10 +236,7 @@ std::string StepConventions::other_order() const {
   const Order* best = nullptr;
   double nees = std::numeric_limits<double>::infinity();
   for (const Order& candidate : orders) {
-    std::vector<Index> place(static_cast<std::size_t>(n));
-    Index at = 0;
-    for (const std::size_t part : candidate.order)
-      for (const Index i : (*candidate.parts)[part]) place[static_cast<std::size_t>(i)] = at++;
+    const std::vector<Index> place = places(candidate.order, *candidate.parts, n);
     double mean = 0.0;
     for (const Matrix& row : rows_) {
       if (!counts(row)) continue;
@@ -271,10 +292,10 @@ void StepConventions::finish() {
   // Of one state any P that is twice too large is by chance near a deviation, or an inverse, in some unit.
   constexpr double kGross = 4.0;
   const double scale = declared->nees / static_cast<double>(n);
-  if (scale > 1.0 / kGross && scale < kGross &&
-      fitting_reading(rows_.size(), n, {}, rows_changed_by([scale](Matrix& P) { P *= scale; })))
-    return unexplained();
-  // A P0 that is wrong is no mistake of units, which is in all rows.
+  const auto scaled = [scale](Matrix& P) { P *= scale; };
+  const bool scale_may_do = scale > 1.0 / kGross && scale < kGross;
+  if (scale_may_do && fitting_reading(rows_.size(), n, {}, rows_changed_by(scaled))) return unexplained();
+  // A P0 that is wrong is no mistake of units, which is in all rows; and such a factor is likelier than one.
   const std::size_t start = rows_.size() / 10, later = rows_.size() - start;
   const auto of_later = [&](const std::function<void(Matrix&)>& change) {
     const ReadingRow read = rows_changed_by(change);
@@ -282,13 +303,14 @@ void StepConventions::finish() {
     return static_cast<double>(later) * fit_reading(later, n, {}, shifted).log_likelihood;
   };
   constexpr double kClearly = 3.0;
-  const double declared_later = of_later([](Matrix&) {});
+  double simpler = of_later([](Matrix&) {});
+  if (scale_may_do) simpler = std::max(simpler, of_later(scaled));
   std::optional<ReadingFit> best;
   std::string cause;
   for (const StepReading& reading : step_readings(layout_)) {
     const auto found = fitting_reading(rows_.size(), n, {}, rows_changed_by(reading.change));
     if (!found || (best && best->log_likelihood >= found->log_likelihood)) continue;
-    if (!(of_later(reading.change) > declared_later + kClearly)) continue;
+    if (!(of_later(reading.change) > simpler + kClearly)) continue;
     best = found;
     cause = reading.cause;
   }

@@ -477,7 +477,8 @@ class RosLog {
     }
     tell_publishers(estimate());
     for (std::string& sentence : sentinels.remarks(name)) sink_.remark(std::move(sentence));
-    if (sentinels.planar() && chart().axes.orientation != OrientationError::planar) {
+    const bool has_truth = !options_.truth_topic.empty() || !options_.truth.empty();
+    if (has_truth && sentinels.planar() && chart().axes.orientation != OrientationError::planar) {
       sink_.remark(fmt::format(
           "{}: only x, y and yaw are estimated: with --chart planar it is also told where P lies and what "
           "would mend it.",

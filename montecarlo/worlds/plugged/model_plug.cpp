@@ -13,7 +13,7 @@
 namespace credence::internal {
 namespace {
 
-void require_shape(const char* name, const Matrix& M, Index rows, Index columns) {
+void require_dimensions(const char* name, const Matrix& M, Index rows, Index columns) {
   if (M.rows() == rows && M.cols() == columns) return;
   throw std::invalid_argument(
       fmt::format("{} is {}x{}: expected {}x{}", name, M.rows(), M.cols(), rows, columns));
@@ -25,7 +25,7 @@ void require_size(const char* name, Index size, Index n) {
 
 /// A covariance that noise can be drawn with.
 void require_covariance(const char* name, const Matrix& M, Index n) {
-  require_shape(name, M, n, n);
+  require_dimensions(name, M, n, n);
   if (!M.allFinite()) throw std::invalid_argument(fmt::format("{} is not finite", name));
   if (!is_symmetric(M, kMostAsymmetry)) throw std::invalid_argument(fmt::format("{} is not symmetric", name));
   if (is_psd(M, kMostAsymmetry)) return;
@@ -55,8 +55,8 @@ const FunctionModel& checked(const FunctionModel& model) {
   require_covariance("R", model.R, m);
   require_size("f(mean)", model.f(model.mean).size(), n);
   require_size("h(mean)", model.h(model.mean).size(), m);
-  if (model.F) require_shape("F(mean)", model.F(model.mean), n, n);
-  if (model.H) require_shape("H(mean)", model.H(model.mean), m, n);
+  if (model.F) require_dimensions("F(mean)", model.F(model.mean), n, n);
+  if (model.H) require_dimensions("H(mean)", model.H(model.mean), m, n);
   if (!model.states.empty()) require_size("states", std::ssize(model.states), n);
   if (!model.units.empty()) require_size("units", std::ssize(model.units), n);
   if (!model.measured_angles.empty()) require_size("measured_angles", std::ssize(model.measured_angles), m);

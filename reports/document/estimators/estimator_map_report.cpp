@@ -31,6 +31,7 @@ CellTone tone_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::consistent: return CellTone::good;
     case Verdict::pessimistic: return CellTone::caution;
+    case Verdict::undecided: return CellTone::plain;
     default: return CellTone::alarm;
   }
 }
@@ -191,16 +192,23 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
   }
   table.notes = {fmt::format(
       "{} over dof of {} runs a point. Stays consistent: no run failed, and its mean is seen neither "
-      "above {:g} (optimistic) nor below 1/{:g} (pessimistic), by a test of its own at {:g} %.{}",
+      "above {:g} (optimistic) nor below 1/{:g} (pessimistic), by a test of its own at {:g} %, with an "
+      "interval "
+      "from 1/2 to 2 at most (else undecided).{}",
       map_nees_words(map), map.studies.front().runs, kToleratedFactor, kToleratedFactor,
       100.0 * (1.0 - map.studies.front().scenario.study.confidence), ideal_words(map))};
   if (std::string reach = reach_of_cheapest(map); !reach.empty()) table.notes.push_back(std::move(reach));
   for (const auto& [verdict, word] : {std::pair(Verdict::optimistic, "Optimistic, without a failed run"),
-                                      {Verdict::pessimistic, "Pessimistic"}}) {
+                                      {Verdict::pessimistic, "Pessimistic"},
+                                      {Verdict::undecided, "Undecided"}}) {
     if (std::string text = counted_text(map, verdict, word); !text.empty())
       table.notes.push_back(std::move(text));
   }
-  table.notes.push_back(fmt::format("Time of a step, mean over the points: {}.", costs));
+  table.notes.push_back(
+      fmt::format("Time of a step, mean over the points: {}. Times within {:g} % of the least are the same, "
+                  "and of these the "
+                  "first is named.",
+                  costs, 100.0 * (kSameCost - 1.0)));
   for (std::string& note : left_out_notes(map.left_out)) table.notes.push_back(std::move(note));
   return table;
 }

@@ -42,9 +42,6 @@ bool deviates(const MeanInterval& nees) {
   return nees.count > 0 && nees.reason.empty() && (nees.lower > 1.0 || nees.upper < 1.0);
 }
 
-/// Whether the squared error may be twice what P claims, or half of it, for all that these runs tell.
-bool is_undecided(const MeanInterval& nees) { return nees.lower < 0.5 || nees.upper > 2.0; }
-
 /// The same with a tone that says what all estimators together say of it, of what is judged so.
 TableCell nees_cell(const EstimatorRow& row, EstimatorBlock block, double confidence) {
   const MeanInterval& nees = nees_of(row, block);
@@ -306,6 +303,19 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
   return table;
 }
 
+/// "twice what P claims, or half", of those that are undecided.
+std::string what_may_be(const EstimatorStudy& study, const std::vector<std::string>& undecided) {
+  bool twice = false, half = false;
+  for (const EstimatorRow& row : study.rows) {
+    if (std::ranges::find(undecided, row.name) == undecided.end()) continue;
+    twice = twice || may_be_twice(nees_of(row, EstimatorBlock::pose));
+    half = half || may_be_half(nees_of(row, EstimatorBlock::pose));
+  }
+  return twice && half ? "twice what P claims, or half"
+         : twice       ? "twice what P claims"
+                       : "half of what P claims";
+}
+
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
   std::vector<std::string> consistent, alone, undecided, optimistic, pessimistic, unknown, map_optimistic,
       map_pessimistic, failed;
@@ -357,15 +367,15 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
                     fmt::join(alone, ", ")));
   }
   if (!undecided.empty()) {
-    sentences.push_back(fmt::format(
-        "Undecided after {}, as {} squared error may be twice what P claims, or half: {}",
-        counted(study.runs, "run"), undecided.size() == 1 ? "its" : "their", fmt::join(undecided, ", ")));
+    sentences.push_back(fmt::format("Undecided after {}, as {} squared error may be {}: {}",
+                                    counted(study.runs, "run"), undecided.size() == 1 ? "its" : "their",
+                                    what_may_be(study, undecided), fmt::join(undecided, ", ")));
   }
   for (const auto& [word, names] :
        {std::pair("optimistic", &map_optimistic), {"pessimistic", &map_pessimistic}}) {
     if (!names->empty()) {
       sentences.push_back(
-          fmt::format("Of these the map is {} all the same: {}", word, fmt::join(*names, ", ")));
+          fmt::format("The map is {}, though not the pose: {}", word, fmt::join(*names, ", ")));
     }
   }
   if (!unknown.empty()) {

@@ -67,7 +67,7 @@ void add_step_note(ReportTable& table, double confidence) {
   table.notes.push_back(fmt::format(
       "“at step k, has …”: that step decided, and the interval is the one for its mean. With {:g} % "
       "probability all steps of a right filter lie within theirs. The column “mean” is over all steps; runs "
-      "of different lengths count alike.",
+      "of different lengths count alike, or by the stretches that a few long ones are cut into.",
       100.0 * confidence));
 }
 

@@ -133,7 +133,7 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
                                 {"of the pose", words},
                                 {"NIS", words},
                                 {"against the first", words}}};
-  bool paired = false, unpaired = false;
+  bool paired = false, unpaired = false, of_fewer = false;
   const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
   for (std::size_t i = 0; i < studies.size(); ++i) {
     const ComparedStudy& s = studies[i];
@@ -143,6 +143,7 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
       if (d)
         difference = fmt::format("{}, {}", mean_interval_text(d->interval), p_value_statement(d->adjusted));
       (d ? paired : unpaired) = true;
+      of_fewer = of_fewer || (d && s.nees_of_runs.size() != studies.front().nees_of_runs.size());
     }
     table.add({s.name, s.runs, TableCell(s.verdict, verdict_tone(s.verdict)), mean_interval_text(s.factor),
                mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
@@ -155,8 +156,9 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
   if (paired) {
     table.notes.push_back(fmt::format(
         "against the first: NEES over dof, this study minus the first, run by run under the same "
-        "noise, with its interval at {:g} % and the p-value of no difference, Holm over the studies.",
-        100.0 * confidence));
+        "noise, with its interval at {:g} % and the p-value of no difference, Holm over the studies.{}",
+        100.0 * confidence,
+        of_fewer ? " Of different numbers of runs those that both have are compared." : ""));
   }
   const std::vector<std::vector<FactorChange>> changes = changes_from_first(studies, confidence);
   for (std::size_t i = 0; i < studies.size(); ++i) {

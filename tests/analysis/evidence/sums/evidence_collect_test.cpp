@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/sums/evidence_bytes.h"
 #include "analysis/evidence/sums/evidence_recorder.h"
 #include "core/nan.h"
 #include "montecarlo/engine/engine.h"
@@ -386,6 +387,20 @@ TEST(CollectedEvidence, StopsWhenAsked) {
   const Scenario scenario = monobot(320);
   const std::atomic<bool> stop = true;
   EXPECT_FALSE(collect_evidence(*make_experiment(scenario), 320, {.threads = 2, .stop = &stop}).has_value());
+}
+
+// What was played is judged as it would be later: an interruption takes nothing from it.
+TEST(CollectedEvidence, AStopTakesNothingFromWhatWasPlayed) {
+  const auto experiment = make_experiment(monobot(128));
+  const std::atomic<bool> stop = true;
+  EvidenceCollector stopped(*experiment, 128), whole(*experiment, 128);
+  for (EvidenceCollector* collector : {&stopped, &whole}) {
+    collector->play(0, kChunkRuns);
+    collector->play(kChunkRuns, kChunkRuns);
+  }
+  const std::optional<Evidence> found = stopped.take(2 * kChunkRuns, {.threads = 2, .stop = &stop});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(to_bytes(*found), to_bytes(whole.take(2 * kChunkRuns).value()));
 }
 
 TEST(CollectedEvidence, LooksAtNoMoreRunsThanItCanAfford) {

@@ -420,6 +420,19 @@ TEST(StretchAverages, AShortRunBesideLongOnesIsLeftOut) {
   EXPECT_EQ(averages({whole, broken}).mean, averages({whole}).mean);
 }
 
+TEST(StretchAverages, ShortRunsBesideLongOnesAreCutOneBehindTheOther) {
+  std::vector<double> whole, few;
+  for (int i = 0; i < 2000; ++i) whole.push_back(i % 3 == 0 ? 1.5 : 0.75);
+  for (int i = 0; i < 30; ++i) few.push_back(i % 3 == 0 ? 1.6 : 0.85);
+  std::vector<std::vector<double>> runs = {whole, few, few, few, few};  // stretches of 100 rows
+  const auto averages = stretch_averages(runs).averages;
+  const double of_whole = stretch_averages(std::span(runs).first(1)).averages.mean;
+  EXPECT_EQ(averages.count, 21);
+  EXPECT_NEAR(averages.mean, (20.0 * of_whole + 1.1) / 21.0, 1e-3);  // the last piece is cut within a pattern
+  runs.push_back(few);                                               // 50 rows more than a stretch
+  EXPECT_EQ(stretch_averages(runs).averages.count, 22);
+}
+
 TEST(EffectiveSample, OfSeveralSeriesIsAboutTheirCommonMean) {
   const std::vector<std::vector<double>> runs = {{1.0, 3.0, 2.0, 4.0, 2.5}, {5.0, 6.0, 4.5}};
   const std::vector<std::span<const double>> views(runs.begin(), runs.end());

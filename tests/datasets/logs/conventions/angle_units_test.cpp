@@ -184,6 +184,8 @@ TEST(AngleUnits, DegreesInARotationVectorThatIsNotSaidToBeOneAreLikely) {
               HasSubstr("P is perhaps in degrees in attitude.x, attitude.y, attitude.z, where the error"));
   EXPECT_THAT(said_of_fifteen(P_of_attitude(1.0 / kDegrees)),
               HasSubstr("attitude.x, attitude.y, attitude.z are perhaps in degrees"));
+  // Nor is a position, of which its name says what it is.
+  EXPECT_THAT(said_of_fifteen([=](Step& step) { step.P.topLeftCorner<3, 3>() /= kDegrees; }), IsEmpty());
   // A few errors that are far out are no matter of units.
   int k = 0;
   EXPECT_THAT(said_of_fifteen([&](Step& step) { step.error[6] *= ++k % 50 == 0 ? 400.0 : 1.0; }), IsEmpty());
