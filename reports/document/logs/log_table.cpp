@@ -238,7 +238,7 @@ std::string answer_of_verdicts(const CheckedLogs& logs) {
     }
     case Verdict::consistent: break;
   }
-  if (has_truth) return asked + "Yes, nothing speaks against it: consistent";
+  if (has_truth) return asked + "Yes, nothing speaks against it: consistent" + power_clause(a);
   return asked +
          "Yes, as far as innovations can tell: consistent; without a truth they cannot tell whether P is "
          "right";

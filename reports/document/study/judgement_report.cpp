@@ -552,6 +552,14 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
   return table;
 }
 
+std::string power_clause(const Judgement& judgement) {
+  constexpr double kHalf = 0.5;
+  const SettlingRuns& settle = judgement.settle_nees;
+  if (settle.runs == 0 || !(off_by(settle.detectable.above) > kHalf)) return {};
+  return fmt::format("; the data are too few to reveal P too small by less than {}",
+                     off_by_text(off_by(settle.detectable.above)));
+}
+
 std::vector<std::string> statistics_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
   add_law_sentences(b, sentences);

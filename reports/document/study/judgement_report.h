@@ -25,6 +25,10 @@ std::string exact_sentence(const StudyAnalysis& analysis);
 /// Within what NEES and NIS are proved right, in words; empty where that is more than the margin asked for.
 std::string proof_sentence(const Judgement& judgement);
 
+/// What so few data leave open where nothing speaks against P, a clause from "; " on; empty where they would
+/// have revealed a P that is too small by half.
+std::string power_clause(const Judgement& judgement);
+
 /// What to do about the verdicts, in sentences: the block responsible, the likely causes, the factors that
 /// would mend the mean. explained: `optimistic` or `pessimistic` where the caller says why it is so.
 std::vector<std::string> advice_sentences(const Judgement& judgement, Verdict explained = Verdict::undecided);

@@ -101,7 +101,8 @@ std::string single_answer(const StudyAnalysis& a) {
                                                    : a.nees.reason;
       return fmt::format("{} is undecided{}", a.scenario.name, reason.empty() ? "" : ": " + reason);
     }
-    default: return "No evidence that this covariance is wrong";
+    default:
+      return "No evidence that this covariance is wrong" + (a.judgement ? power_clause(*a.judgement) : "");
   }
 }
 

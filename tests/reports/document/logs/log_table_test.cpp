@@ -96,6 +96,13 @@ TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   CheckedLogs logs = logs_with();
   const std::string asked = "Can this covariance be trusted? ";
   EXPECT_EQ(log_answer(logs), asked + "Yes, nothing speaks against it: consistent");
+  SettlingRuns& settle = logs.analysis.judgement.settle_nees;
+  settle = {.runs = 40, .detectable = {.below = 0.7, .above = 1.45}};
+  EXPECT_EQ(log_answer(logs), asked + "Yes, nothing speaks against it: consistent");
+  settle.detectable.above = 2.2;
+  EXPECT_EQ(log_answer(logs), asked +
+                                  "Yes, nothing speaks against it: consistent; the data are too few to "
+                                  "reveal P too small by less than 120 %");
   logs.analysis.evidence.has_truth = false;
   EXPECT_THAT(log_answer(logs), HasSubstr("Yes, as far as innovations can tell: consistent;"));
   Judgement& judgement = logs.analysis.judgement;
