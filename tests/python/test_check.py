@@ -249,6 +249,8 @@ def test_what_the_filter_assumes_gives_the_factor_on_R_and_causes():
     always = factor([[1.0]])
     assert always is not None and always == factor(np.ones_like(S)) == factor({"": np.eye(1)})
     assert factor(half) != always
+    assert not credence.check(error, P, nu, S, R=half).remarks
+    assert credence.check(error, P, nu, S, R=[[1.0]]).remarks[0].startswith("R is larger than S, by tr(S⁻¹ R)/m = ")
     wide_nu = np.concatenate([nu, nu], axis=2)
     wide_S = np.einsum("ij,rsk->rsij", np.eye(2), S[..., 0])
     both = [credence.check(innovation=wide_nu, S=wide_S, R=R, observation=1) for R in ([[1.0]], np.eye(2))]

@@ -18,7 +18,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/number_text.h"
 #include "core/parallel_tasks.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/judge_logs.h"
@@ -107,20 +106,6 @@ std::string form_of(std::string_view sentence) {
     if (in_number && !form.ends_with('0')) form += '0';
   }
   return form;
-}
-
-/// S = H P Hᵀ + R is no smaller than R, so that tr(S⁻¹ R) is at most m.
-std::vector<std::string> larger_noise_than_s(const Evidence& evidence) {
-  constexpr double kRounding = 1e-6;
-  std::vector<std::string> said;
-  for (const SensorSums& of : evidence.sensors) {
-    if (of.measurement_share.count == 0 || !(of.measurement_share.mean > 1.0 + kRounding)) continue;
-    said.push_back(fmt::format(
-        "R{} is larger than S, by tr(S⁻¹ R)/m = {} on average, and S is H P Hᵀ + R: look whether they are "
-        "exchanged, or of other units or components",
-        of.sensor.name.empty() ? "" : " of " + of.sensor.name, number_text(of.measurement_share.mean, 3)));
-  }
-  return said;
 }
 
 /// The sentences of several files that are of these kinds, the first of those that differ by their numbers
@@ -264,7 +249,6 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.remarks = remarks_of(result, {Kind::remark});
   if (!result.copies.says.empty()) logs.remarks.push_back(result.copies.says);
   std::ranges::move(result.judged.sentences(), std::back_inserter(logs.remarks));
-  std::ranges::move(larger_noise_than_s(result.evidence), std::back_inserter(logs.remarks));
   judge_collected(
       std::move(result.evidence), std::move(result.calibration),
       {.confidence = options.confidence,

@@ -204,10 +204,25 @@ void tell_zero_blocks(const Judgement& judgement, CheckedLogs& logs) {
                       first_items(zero, 6)));
 }
 
+/// S = H P Hᵀ + R is no smaller than R, so that tr(S⁻¹ R) is at most m.
+std::vector<std::string> larger_noise_than_s(const Evidence& evidence) {
+  constexpr double kRounding = 1e-6;
+  std::vector<std::string> said;
+  for (const SensorSums& of : evidence.sensors) {
+    if (of.measurement_share.count == 0 || !(of.measurement_share.mean > 1.0 + kRounding)) continue;
+    said.push_back(fmt::format(
+        "R{} is larger than S, by tr(S⁻¹ R)/m = {} on average, and S is H P Hᵀ + R: look whether they are "
+        "exchanged, or of other units or components",
+        of.sensor.name.empty() ? "" : " of " + of.sensor.name, number_text(of.measurement_share.mean, 3)));
+  }
+  return said;
+}
+
 }  // namespace
 
 void judge_collected(Evidence evidence, CalibrationUnits calibration, JudgementContext context,
                      InputMistakes mistakes, CheckedLogs& logs) {
+  std::ranges::move(larger_noise_than_s(evidence), std::back_inserter(logs.remarks));
   double effective_rows = 0.0;
   for (const CalibrationRun& run : calibration.runs)
     effective_rows += static_cast<double>(run.whole.rows) / run.correlation_time;
